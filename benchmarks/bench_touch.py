@@ -30,8 +30,8 @@ from playwright.sync_api import sync_playwright
 from benchmarks.bench_streaming import made_up, made_up_noise
 from tactogram.rendering.streaming.backends import run_unpaced
 from tactogram.rendering.streaming.engine import Engine
+from tactogram.rendering.streaming.output import Stream
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.signal import Signal
 from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map

@@ -10,8 +10,9 @@ lost. Everything here is simulated.
 import matplotlib.pyplot as plt
 import numpy as np
 
+from tactogram.rendering.drive.electrovibration import Settings, friction
 from tactogram.rendering.drive.friction_calibration import FrictionMeasurements, calibrated
-from tactogram.rendering.families.electrovibration import ElectrovibrationStream, Settings, friction
+from tactogram.rendering.families.electrovibration import ElectrovibrationStream
 from tactogram.rendering.level import Level
 from tactogram.signal import Signal
 

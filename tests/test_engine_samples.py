@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
-from tactogram.rendering.streaming.packets import parse
+from tactogram.rendering.streaming.network import parse
 
 ROOT = Path(__file__).parents[1]
 ENGINES = ROOT / "examples" / "engines"

@@ -23,8 +23,8 @@ from tactogram.evaluation.report import save_figure
 from tactogram.models import ModelInfo, available, find
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.figures import drive_figure
 from tactogram.rendering.drive.fit import Drive, fit
+from tactogram.rendering.figures import drive_figure
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_signal

@@ -5,7 +5,6 @@ import sys
 import threading
 
 import pytest
-
 from benchmarks import bench_paths
 from benchmarks.bench_paths import Trace, is_ours
 

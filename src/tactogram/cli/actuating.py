@@ -53,7 +53,7 @@ def _transducer(request: _TransducerRequest, show: Printer) -> None:
 
 @interrupt_on_sigterm()
 def _track(request: TrackRequest, show: Printer) -> None:
-    from tactogram.workflows.rendering.resonance import track
+    from tactogram.workflows.rendering.carrier_tracking import track
 
     terminal = sys.stderr.isatty()
     result = track(**vars(request) | {"status": _show_status if terminal else None})

@@ -10,6 +10,7 @@ from .displays.family import (
 )
 from .drive.axes import (
     combined as combined,
+    to_one_axis as to_one_axis,
 )
 from .drive.fit import (
     Drive as Drive,
@@ -20,6 +21,12 @@ from .drive.friction_calibration import (
 )
 from .drive.level_scaling import (
     without_constant as without_constant,
+)
+from .drive.modulation import (
+    carrier_of as carrier_of,
+)
+from .drive.path_playback import (
+    copy_count as copy_count,
 )
 from .drive.strength import (
     StrengthSettings as StrengthSettings,
@@ -32,15 +39,13 @@ from .effects.effect import (
     Effect as Effect,
     Track as Track,
     effect_from_json as effect_from_json,
-)
-from .effects.library import (
-    ready_effects as ready_effects,
-)
-from .effects.mixing import (
     mixed as mixed,
     signal_of as signal_of,
     track_of as track_of,
     track_of_signal as track_of_signal,
+)
+from .effects.library import (
+    ready_effects as ready_effects,
 )
 from .files.analysis import (
     envelope_of as envelope_of,
@@ -63,9 +68,6 @@ from .files.reading import (
     HapticFile as HapticFile,
     read_haptic as read_haptic,
 )
-from .files.reduction import (
-    to_one_axis as to_one_axis,
-)
 from .level import (
     Level as Level,
     parse_level as parse_level,
@@ -74,6 +76,9 @@ from .photo_relief import (
     SPEED_MM_S as SPEED_MM_S,
     WIDTH_MM as WIDTH_MM,
     photo_to_touch as photo_to_touch,
+)
+from .sound_card import (
+    opened_card as opened_card,
 )
 from .streaming.backends import (
     Clock as Clock,
@@ -94,6 +99,7 @@ from .streaming.noise_texture import (
 )
 from .streaming.output import (
     DisplayOutput as DisplayOutput,
+    Stream as Stream,
     check_streams as check_streams,
 )
 from .streaming.recorded_motion import (
@@ -103,9 +109,6 @@ from .streaming.recorded_motion import (
 )
 from .streaming.simulated_hand import (
     SimulatedHand as SimulatedHand,
-)
-from .streaming.stream import (
-    Stream as Stream,
 )
 from .streaming.surface import (
     OVERSAMPLED as OVERSAMPLED,

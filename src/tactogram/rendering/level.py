@@ -65,13 +65,7 @@ class Level:
 
 
 def parse_level(text: str) -> Level:
-    """Return the level for a text such as ``"physical"``, ``"sensation=20"`` or ``"gain=3"``, see `KINDS`.
-
-    Raises
-    ------
-    ParameterError
-        If it is none of these.
-    """
+    """Return the level for a text such as ``"sensation=20"``, one of `KINDS`; `ParameterError` for others."""
     kind, sign, number = (part.strip() for part in text.partition("="))
     if kind not in get_args(Kind):
         raise ParameterError(f"level must be one of {', '.join(KINDS)}, got {text!r}")

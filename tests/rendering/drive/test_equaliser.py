@@ -12,7 +12,7 @@ from tactogram.rendering.displays.response import ResonatorResponse
 from tactogram.rendering.drive.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.output import DisplayOutput, equalised
+from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.signal import Signal
 
@@ -45,7 +45,7 @@ def decibels(samples, like, frequency, rate):
 
 @pytest.mark.parametrize("on", [True, False])
 def test_a_streamed_voice_coil_gives_what_a_file_does(on):
-    display = equalised(open_display("voice-coil"), on=on)
+    display = open_display("voice-coil", changes={"linear.equalise": "full" if on else "none"})
     signal, f = tones(display, 30, 880, level=0.3)
     drive, output = streamed(display, signal)
     whole = fit(signal, display, level=parse_level("gain=1")).signal.samples[0]
@@ -62,7 +62,8 @@ def test_a_streamed_voice_coil_gives_what_a_file_does(on):
 def test_a_streamed_envelope_arrives_flat_up_to_the_end_of_the_band(q):
     """Through the circuit itself, independent of the equaliser's formula."""
     for on in (True, False):
-        display = equalised(open_display("ultrasonic-envelope", changes={"ultrasonic.q": q}), on=on)
+        changes = {"ultrasonic.q": q, "ultrasonic.pre_emphasis": on}
+        display = open_display("ultrasonic-envelope", changes=changes)
         signal, f = tones(display, 10, 980, level=0.1)
         drive, _ = streamed(display, signal)
         heard = simulate_envelope(Transducer(q=q), Signal(drive, display.rate, "V")).samples[0]
@@ -141,16 +142,8 @@ def test_least_phase_has_the_magnitude_and_is_early():
 
 
 def test_what_cannot_be_made_up_for_is_said():
-    audio, moved = open_display("audio"), open_display("voice-coil")
-    with pytest.raises(ParameterError, match="its response is not known"):
-        equalised(audio, on=True)
-    with pytest.raises(ParameterError, match="set its q"):
-        equalised(
-            open_display("ultrasonic", changes={"ultrasonic.q": None, "ultrasonic.pre_emphasis": False}),
-            on=True,
-        )
-    with pytest.raises(ParameterError, match="no equaliser to switch"):
-        equalised(open_display("electrovibration"), on=False)
+    audio = open_display("audio")
+    moved = open_display("voice-coil", changes={"linear.equalise": "none"})
     with pytest.raises(ParameterError, match="does not fit a rate of 100 Hz"):
         equaliser(100, (60, 1000), np.ones_like)
     with pytest.raises(ParameterError, match="finite and > 0"):
@@ -160,5 +153,5 @@ def test_what_cannot_be_made_up_for_is_said():
         audio, Signal(np.tile(noise.samples, 6), 48_000, "m/s^2"), level=parse_level("peak=0.5")
     )
     assert "is not known: measure it" in said.sentence()
-    left = DisplayOutput(equalised(moved, on=False), noise, level=parse_level("gain=1")).sentence()
+    left = DisplayOutput(moved, noise, level=parse_level("gain=1")).sentence()
     assert "is not equalised" in left

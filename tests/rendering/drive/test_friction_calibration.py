@@ -3,6 +3,7 @@ import pytest
 import statsmodels.api as sm
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.rendering.drive.electrovibration import Settings, friction
 from tactogram.rendering.drive.friction_calibration import (
     FrictionMeasurements,
     calibrated,
@@ -10,7 +11,6 @@ from tactogram.rendering.drive.friction_calibration import (
     read_pairs,
     write_calibrations,
 )
-from tactogram.rendering.families.electrovibration import Settings, friction
 
 
 def simulated_pairs(k_e=2e-5, *, seed=0, noise=0.01, repeats=8, person="p1", exponent=2.0, force=0.5):

@@ -6,6 +6,7 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.drive.path_playback import PathPlayback
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
+from tactogram.signal.resampling import resample
 
 
 def ridges(period_mm, *, rate=20.0, length_mm=200):
@@ -34,7 +35,8 @@ def test_pitch_follows_speed_and_level_stays(speed):
 
 
 def test_it_is_what_the_whole_signal_gives():
-    texture = Signal(np.random.default_rng(0).standard_normal(800), 4, "1", domain="displacement")
+    noise = Signal(np.random.default_rng(0).standard_normal(400), 2, "1", domain="displacement")
+    texture = resample(noise, 4)
     ours = met_at(texture, 100, 1.5, hysteresis_mm=0)
     theirs = played(texture, 100.0, 8000)
     np.testing.assert_allclose(ours[400:11_000], theirs.samples[0, 400:11_000], atol=0.02)
@@ -44,21 +46,21 @@ def test_it_is_what_the_whole_signal_gives():
 @given(speed=st.floats(50, 900), seed=st.integers(0, 99))
 def test_nothing_comes_out_above_the_band(speed, seed):
     texture = Signal(np.random.default_rng(seed).standard_normal(4000), 20, "1", domain="displacement")
-    x = met_at(texture, speed, 0.3, highest_hz=500, outside="mirror")[800:]
+    x = met_at(texture, speed, 0.3, highest_hz=500)[800:]
     power = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
     above = np.fft.rfftfreq(len(x), 1 / 8000) > 540
     assert power[above].sum() <= 2e-4 * power.sum() + 1e-9
 
 
-def test_half_of_the_band_is_kept_at_any_speed():
+def test_two_fifths_of_the_band_are_kept_at_any_speed():
     for speed in (300, 430, 700):
-        x = met_at(ridges(speed / 250), speed, 0.25, highest_hz=500)[800:]
-        assert level(x, 250, 8000) == pytest.approx(1, abs=0.05), speed
+        x = met_at(ridges(speed / 200), speed, 0.25, highest_hz=500)[800:]
+        assert level(x, 200, 8000) == pytest.approx(1, abs=0.05), speed
 
 
 def test_blocks_join_without_a_step():
     playback = PathPlayback(ridges(2.0), rate=8000)
-    x = np.concatenate([playback.process([k * 0.5], 40) for k in range(60)])
+    x = np.concatenate([playback.process([5 + k * 0.5], 40) for k in range(60)])
     slope = 2 * np.pi / 2.0 * 0.5 / 40
     assert np.abs(np.diff(x)).max() < 1.05 * slope
 
@@ -94,12 +96,10 @@ def test_no_news_is_no_movement():
     np.testing.assert_allclose(playback.process([np.nan, np.inf], 40), 1, atol=1e-3)
 
 
-def test_beyond_the_end_the_ground_comes_back_or_stays():
+def test_beyond_the_end_the_ground_comes_back():
     ramp = Signal(np.arange(101) / 10, 10, "1", domain="displacement")
     mirrored = PathPlayback(ramp, rate=8000, hysteresis_mm=0).process([9.0, 11.0], 40)
-    held = PathPlayback(ramp, rate=8000, hysteresis_mm=0, outside="hold").process([9.0, 11.0], 40)
     assert mirrored[-1] == pytest.approx(9, abs=0.1)
-    assert held[-1] == pytest.approx(10, abs=0.1)
 
 
 def test_what_cannot_be_played_is_refused():

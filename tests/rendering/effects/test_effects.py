@@ -13,8 +13,7 @@ from tactogram.rendering.effects import (
     track_of_signal,
 )
 from tactogram.rendering.effects.editing import shifted
-from tactogram.rendering.effects.effect import effect_from_json
-from tactogram.rendering.effects.mixing import signal_of
+from tactogram.rendering.effects.effect import effect_from_json, signal_of
 from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Transient as Tap

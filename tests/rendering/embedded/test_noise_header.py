@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.embedded.noise_header import c_name, header_samples, noise_header
-from tactogram.rendering.embedded.small_random import SmallRandom
+from tactogram.rendering.embedded.noise_header import DISCARDED, MEAN, SCALE, c_name, noise_header
 from tactogram.rendering.streaming.noise_texture import one_axis
 from tactogram.signal import Signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
+from tactogram.signal.modulated_noise_synthesis import NoiseProcess, parameters_of
 from tactogram.signal.tones import Tones
 
 SEED = 7
@@ -69,6 +69,48 @@ int main() {
   }
 }
 """
+
+
+class SmallRandom:
+    """Stream ``stream`` of a seed, both 32 bits: ``a`` is the seed, ``b`` the stream, ``c`` 0, the counter 1.
+
+    Normal numbers have no value beyond 3.46 standard deviations, and an excess kurtosis of -0.3.
+    """
+
+    def __init__(self, seed, stream):
+        self._a, self._b, self._c, self._counter = seed & 0xFFFFFFFF, stream & 0xFFFFFFFF, 0, 1
+        for _ in range(DISCARDED):
+            self.word()
+
+    def word(self):
+        """Return the next 32 bits."""
+        found = (self._a + self._b + self._counter) & 0xFFFFFFFF
+        self._counter = (self._counter + 1) & 0xFFFFFFFF
+        self._a = self._b ^ (self._b >> 9)
+        self._b = (self._c + (self._c << 3)) & 0xFFFFFFFF
+        self._c = (((self._c << 21) | (self._c >> 11)) + found) & 0xFFFFFFFF
+        return found
+
+    def normal(self):
+        """Return the next number of mean 0 and variance 1."""
+        first, second = self.word(), self.word()
+        total = (first & 0xFFFF) + (first >> 16) + (second & 0xFFFF) + (second >> 16)
+        return (total - MEAN) * SCALE
+
+    def standard_normal(self, *, out):
+        """Fill ``out`` in C order, as numpy's generators do."""
+        out[...] = np.fromiter((self.normal() for _ in range(out.size)), np.float64, out.size).reshape(
+            out.shape
+        )
+        return out
+
+
+def header_samples(model, samples, *, seed):
+    """The first samples of a header, in double precision, shape (axis, time)."""
+    sources = tuple(SmallRandom(seed, stream) for stream in range(3))
+    out = np.empty((len(model.axes), samples))
+    NoiseProcess(len(model.axes), model.lags, model.rate, seed=sources).next(out, parameters_of(model))
+    return out
 
 
 def texture(rate=1000.0, lags=3):

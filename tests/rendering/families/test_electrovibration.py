@@ -5,9 +5,16 @@ from pydantic import ValidationError
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.drive.electrovibration import (
+    Settings,
+    friction,
+    friction_target,
+    modulated,
+    slewed,
+    voltage,
+)
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.families.electrovibration import ElectrovibrationStream, Settings, friction, voltage
-from tactogram.rendering.families.electrovibration.friction import friction_target, modulated, slewed
+from tactogram.rendering.families.electrovibration import ElectrovibrationStream
 from tactogram.rendering.level import Level
 from tactogram.signal import Signal
 from tactogram.signal.filters import butterworth

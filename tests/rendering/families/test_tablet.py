@@ -7,6 +7,7 @@ from scipy.optimize import linprog
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.family import MotionBlock
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.families.tablet import (
     CORNERS,
@@ -17,7 +18,6 @@ from tactogram.rendering.families.tablet import (
     slackless,
 )
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.signal import Signal
 
 T = np.arange(2000) / 1000

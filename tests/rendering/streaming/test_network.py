@@ -10,14 +10,21 @@ from hypothesis import given, strategies as st
 from pythonosc.osc_message import OscMessage
 
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.rendering.streaming import packets
 from tactogram.rendering.streaming.backends import Clock, run_clocked
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
-from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
-from tactogram.rendering.streaming.packets import NO_MOTION, BlockPacket, ReceivedPacket
-from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.network import (
+    NO_MOTION,
+    BlockPacket,
+    NetworkBlocks,
+    NetworkMotion,
+    ReceivedPacket,
+    block_packet,
+    parse,
+    parse_address,
+)
+from tactogram.rendering.streaming.output import Stream
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 
@@ -42,7 +49,7 @@ def test_a_block_has_the_documented_bytes():
     head = (
         b"/tactogram/1/block\0\0" + b",iihdfib\0\0\0\0" + struct.pack(">iiqdfi", 5, -1, 80, 0.25, 8000.0, 2)
     )
-    assert packets.block_packet(block) == head + struct.pack(">i", 16) + struct.pack("<ffff", 1, 3, 2, 4)
+    assert block_packet(block) == head + struct.pack(">i", 16) + struct.pack("<ffff", 1, 3, 2, 4)
 
 
 TAP = b"/tactogram/1/tap\0\0\0\0" + b",idf\0\0\0\0" + struct.pack(">idf", 2, 2.5, 0.5)
@@ -60,12 +67,12 @@ NAME = "körk".encode()
     ],
 )
 def test_a_tap_and_a_mix_are_read_from_the_documented_bytes(packet, message):
-    assert packets.parse(packet, 9.0) == [ReceivedPacket(2, message)]
+    assert parse(packet, 9.0) == [ReceivedPacket(2, message)]
 
 
 def test_motion_is_read_from_the_documented_bytes():
     packet = motion_packet(4_000_000_000, 2.5, x_mm=1.0, y_mm=2.0, force_n=0.25)
-    sample = packets.parse(packet, 9.0)
+    sample = parse(packet, 9.0)
     assert sample[0].sequence == 4_000_000_000
     found = sample[0].message
     assert (found.time_s, found.arrival_s, found.x_mm, found.y_mm, found.force_n) == (2.5, 9.0, 1, 2, 0.25)
@@ -74,7 +81,7 @@ def test_motion_is_read_from_the_documented_bytes():
 
 def test_a_block_comes_back_as_it_was_sent():
     samples = np.random.default_rng(0).standard_normal((2, 40)).astype(np.float32)
-    block = block_in(packets.block_packet(BlockPacket(samples, 8000.0, 0xFFFFFFFF, 1 << 40, 1.25, 3)))
+    block = block_in(block_packet(BlockPacket(samples, 8000.0, 0xFFFFFFFF, 1 << 40, 1.25, 3)))
     assert np.array_equal(block.samples, samples)
     assert (block.sequence, block.first_sample, block.time_s, block.motion_sequence) == (
         0xFFFFFFFF,
@@ -88,7 +95,7 @@ def test_a_bundle_may_say_several_things():
     first = motion_packet(1, 0.5, force_n=1.0)
     parts = b"".join(struct.pack(">i", len(m)) + m for m in (first, TAP))
     bundle = b"#bundle\0" + struct.pack(">Q", 1) + parts
-    assert [r.sequence for r in packets.parse(bundle, 0.0)] == [1, 2]
+    assert [r.sequence for r in parse(bundle, 0.0)] == [1, 2]
 
 
 @given(
@@ -96,17 +103,17 @@ def test_a_bundle_may_say_several_things():
     st.sampled_from([b"", b"/tactogram/1/m", b"#bundle\0"]),
 )
 def test_random_bytes_are_never_more_than_not_understood(rest, head):
-    found = packets.parse(head + rest, 0.0)
+    found = parse(head + rest, 0.0)
     assert found is None or all(isinstance(one, ReceivedPacket) for one in found)
 
 
 @given(st.integers(0, 35))
 def test_a_packet_cut_short_is_not_understood(length):
-    assert packets.parse(motion_packet(1, 0.0, force_n=1.0)[:length], 0.0) is None
+    assert parse(motion_packet(1, 0.0, force_n=1.0)[:length], 0.0) is None
 
 
 def test_another_version_is_not_understood():
-    assert packets.parse(TAP.replace(b"/1/", b"/2/"), 0.0) is None
+    assert parse(TAP.replace(b"/1/", b"/2/"), 0.0) is None
 
 
 @pytest.fixture(name="port")

@@ -6,11 +6,15 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError, UnitError
-from tactogram.rendering.families.electrovibration import Settings as ElectrovibrationSettings
+from tactogram.rendering.drive.electrovibration import Settings as ElectrovibrationSettings
 from tactogram.rendering.families.ultrasonic import Settings, modulated
-from tactogram.rendering.transducer.admittance import MeasuredAdmittance, ProbeSettings
+from tactogram.rendering.transducer.admittance import (
+    DigilentRecorder,
+    MeasuredAdmittance,
+    ProbeSettings,
+    ScopeSettings,
+)
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, GeneratorSettings, am_data, generator
-from tactogram.rendering.transducer.digilent_scope import DigilentRecorder, ScopeSettings
 from tactogram.signal import Signal
 
 

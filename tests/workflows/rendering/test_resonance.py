@@ -14,7 +14,7 @@ from tactogram.rendering.transducer.resonance_tracking import TrackingError
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.workflows.rendering import carrier_tracking
 from tactogram.workflows.rendering.actuators import transducer
-from tactogram.workflows.rendering.resonance import track
+from tactogram.workflows.rendering.carrier_tracking import track
 
 
 def test_a_drifting_resonance_is_followed_and_logged(tmp_path, capsys):

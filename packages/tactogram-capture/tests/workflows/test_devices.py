@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.cli import main
-from tactogram.errors import ParameterError
+from tactogram.errors import MissingExtraError, ParameterError
 from tactogram_capture.workflows import devices
 from tactogram_capture.workflows.devices import PATHS, device_names, try_device
 
@@ -44,12 +44,10 @@ def test_what_needs_no_hardware_works(name):
 
 
 def test_a_missing_library_is_said_with_its_extra(monkeypatch):
-    def missing(name, *, extra, what):
-        from tactogram.errors import MissingExtraError
+    def missing(kind):
+        raise MissingExtraError(f"pyserial is needed for {kind}; install the extra devices")
 
-        raise MissingExtraError(f"{name} is needed for {what}; install the extra {extra}")
-
-    monkeypatch.setattr(devices, "imported", missing)
+    monkeypatch.setattr(devices, "find_devices", missing)
     found = try_device("serial")
     assert found["state"] == "missing"
     assert "the extra devices" in found["line"]

@@ -15,7 +15,7 @@ from websockets.sync.client import connect
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.families.electrovibration import friction
+from tactogram.rendering.drive.electrovibration import friction
 from tactogram.rendering.families.tablet import directions
 from tactogram.rendering.streaming.backends import run_unpaced
 from tactogram.rendering.streaming.motion import MotionSample

@@ -7,20 +7,21 @@ is what reaches the skin; a measured `Response` relates the two. The `DisplayFam
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
+from pydantic import BaseModel, Field, SerializeAsAny, field_validator, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.response import Positive, ResponseSource, SignalUnit
+from tactogram.validation import FrozenModel
+
+S = TypeVar("S", bound=BaseModel)
 
 
-class Display(BaseModel):
+class Display(FrozenModel):
     """A display: the values common to all families, and the family's own ``settings``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = Field(pattern=r"^[a-z0-9][a-z0-9-]*$")
     """Its name on the command line."""
@@ -93,6 +94,14 @@ class Display(BaseModel):
         """Return the display with other values, validated again."""
         values = {name: getattr(self, name) for name in type(self).model_fields}
         return type(self).model_validate(values | changes)
+
+    def settings_as(self, kind: type[S]) -> S:
+        """Return the settings of a ``kind``; `ParameterError` for a display of another family."""
+        if not isinstance(self.settings, kind):
+            raise ParameterError(
+                f"{self.name}: the family {self.family} does not fit here; choose another display"
+            )
+        return self.settings
 
     def check_volts(self, peak_v: float, *, lower: str) -> None:
         """Refuse several channels, another unit than V, or a limit below the ``peak_v`` that the settings allow.

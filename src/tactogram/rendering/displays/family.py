@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,6 @@ from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
-    from tactogram.rendering.streaming.surface import SurfaceTexture
 
 
 class DriveFunction(Protocol):
@@ -38,10 +34,34 @@ class DriveFunction(Protocol):
         ...
 
 
+class MotionSamples(NamedTuple):
+    """The finger at the samples of a block: position and length of the path so far in mm.
+
+    ``contact`` and ``movement`` are gains from 0 (lifted, at rest) to 1 (touching, sliding).
+    """
+
+    x_mm: NDArray[np.float64]
+    y_mm: NDArray[np.float64]
+    path_mm: NDArray[np.float64]
+    speed_mm_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    contact: NDArray[np.float32]
+    movement: NDArray[np.float32]
+
+
+class MotionBlock:
+    """`MotionSamples` with room for ``most``, of which the first ``count`` are valid."""
+
+    def __init__(self, most: int) -> None:
+        self.count = 0
+        self.samples = MotionSamples(*np.zeros((5, most)), *np.zeros((2, most), np.float32))
+        self.x_mm, self.y_mm, self.path_mm, self.speed_mm_s, self.force_n, *gains = self.samples
+        self.contact, self.movement = gains
+
+
 class StreamDrive(Protocol):
     """Drive of a display, block by block."""
 
-    delay_s: float
     runs_on: bool
     """Whether `process` is called without motion, too: a carrier held at an instant would be a direct voltage."""
 
@@ -72,11 +92,10 @@ class DisplayFamily:
     stream_signal : callable, optional
         Returns a `StreamDrive` for the display, the unit of the signal and the facts of ``drive`` on a rehearsal.
     stream_surface : callable, optional
-        Returns one for the display, the whole surface and the level. A family without either cannot be streamed to.
-    equalise : callable, optional
-        Returns settings with the equaliser on or off.
+        Returns one for the display, the whole surface (over displacement), what it is laid out along (path, x or y)
+        and the level. A family without either cannot be streamed to.
     response_known : callable
-        Whether the display's response is known, so that it can be equalised.
+        Whether the display's response is known.
     measured_by : str
         How to measure the response, as an imperative sentence.
     swept : bool
@@ -96,8 +115,7 @@ class DisplayFamily:
     drive: DriveFunction
     renders: Literal["vibration", "friction"] = "vibration"
     stream_signal: Callable[[Display, str, Mapping[str, Any]], StreamDrive] | None = None
-    stream_surface: Callable[[Display, SurfaceTexture, Level], StreamDrive] | None = None
-    equalise: Callable[[Any, bool], BaseModel] | None = None
+    stream_surface: Callable[[Display, Signal, str, Level], StreamDrive] | None = None
     response_known: Callable[[Display], bool] = lambda display: display.response is not None
     measured_by: str = ""
     swept: bool = False

@@ -10,12 +10,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import UNITS
 from tactogram.text_files import csv_rows, read_text
+from tactogram.validation import FrozenModel
 
 HEADING = ("frequency [Hz]", "gain", "phase [rad]", "coherence")
 """Columns of a response's CSV; the last is optional, ``gain`` may have a unit as ``gain [m/s^2/V]``."""
@@ -35,9 +36,7 @@ def _known(unit: str) -> str:
 SignalUnit = Annotated[str, AfterValidator(_known)]
 
 
-class _Source(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
+class _Source(FrozenModel):
     unit: SignalUnit
     """Unit of the output; the response is in ``unit`` per unit of the drive."""
 

@@ -26,13 +26,8 @@ MOST_SAMPLES = 2e8
 class Drive:
     """Drive of a display, and the report of its fit.
 
-    Parameters
-    ----------
-    signal : Signal
-        The drive: at the display's rate, in its unit, with its channels as axes, within its limits.
-    report : FitReport
-    source : Signal
-        The rendered signal: over time, the axes already combined, in its own unit.
+    ``signal`` is the drive: at the display's rate, in its unit, with its channels as axes, within its limits;
+    ``source`` the rendered signal: over time, the axes already combined, in its own unit.
     """
 
     signal: Signal

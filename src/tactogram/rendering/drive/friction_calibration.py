@@ -17,12 +17,14 @@ import numpy as np
 import scipy
 import tomli_w
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_table, read_toml
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
+
+Array = NDArray[np.float64]
 
 COLUMNS = ("voltage_v_rms", "friction")
 OPTIONAL = ("person", "normal_force_n")
@@ -37,15 +39,13 @@ class FrictionMeasurements:
     """Measurements of one person: voltages (V rms), friction coefficients and normal forces (N), same length."""
 
     person: str
-    voltage_v_rms: NDArray[np.float64]
-    friction: NDArray[np.float64]
-    normal_force_n: NDArray[np.float64]
+    voltage_v_rms: Array
+    friction: Array
+    normal_force_n: Array
 
 
-class FrictionCalibration(BaseModel):
+class FrictionCalibration(FrozenModel):
     """The square law of one person on one display, with intervals (low, high)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     person: str
     mu_0: float = Field(gt=0)
@@ -127,37 +127,33 @@ def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> Fric
     if not 0 < confidence < 1:
         raise ParameterError(f"confidence must lie between 0 and 1, got {confidence}")
     u = v**2 / force
-    scale = float(u.max())  # both columns get the same size before the inversion
-    design = np.stack([np.ones_like(u), u / scale], axis=1)
-    inverse: NDArray[np.float64] = np.asarray(np.linalg.inv(design.T @ design), np.float64)
-    mu_0, slope = (float(value) for value in inverse @ design.T @ mu)
-    residual = mu - design @ np.array([mu_0, slope])
-    variance = float(residual @ residual) / (len(v) - 2)
-    covariance = np.asarray(variance * inverse, np.float64)
+    fit = scipy.stats.linregress(u, mu)
+    mu_0, slope = float(fit.intercept), float(fit.slope)
     t = float(scipy.stats.t.ppf((1 + confidence) / 2, len(v) - 2))
-    half = t * math.sqrt(covariance[0, 0])
+    half = t * float(fit.intercept_stderr)
+    residual_sd = float(np.sqrt(np.sum((mu - mu_0 - slope * u) ** 2) / (len(v) - 2)))
     if mu_0 - half <= 0:
         raise ParameterError(
             f"{pairs.person}: friction at 0 V is {mu_0:.3g} ± {half:.2g}, not above 0: check the pairs"
         )
-    if slope - t * math.sqrt(covariance[1, 1]) <= 0:
+    if slope - t * fit.stderr <= 0:
         raise ParameterError(
-            f"{pairs.person}: friction does not rise with the voltage beyond its scatter ({variance**0.5:.2g}): more "
+            f"{pairs.person}: friction does not rise with the voltage beyond its scatter ({residual_sd:.2g}): more "
             "pairs, or a higher voltage"
         )
-    low, high = _fieller(slope, mu_0, covariance, t)
-    exponent, interval = _exponent(v, mu, force, mu_0, slope / scale, confidence)
+    covariance = -float(u.mean()) * fit.stderr**2
+    exponent, interval = _exponent(v, mu, force, mu_0, slope, confidence)
     return FrictionCalibration(
         person=pairs.person,
         mu_0=mu_0,
         mu_0_interval=(mu_0 - half, mu_0 + half),
-        newton_per_v2=slope / mu_0 / scale,
-        newton_per_v2_interval=(low / scale, high / scale),
+        newton_per_v2=slope / mu_0,
+        newton_per_v2_interval=_fieller(slope, mu_0, (fit.stderr**2, fit.intercept_stderr**2, covariance), t),
         confidence=confidence,
         normal_force_n=float(force.mean()),
         pairs=len(v),
-        residual_sd=math.sqrt(variance),
-        r_squared=1 - float(residual @ residual) / float(np.sum((mu - mu.mean()) ** 2)),
+        residual_sd=residual_sd,
+        r_squared=float(fit.rvalue**2),
         exponent=exponent,
         exponent_interval=interval,
         highest_v_rms=float(v.max()),
@@ -219,38 +215,31 @@ def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[floa
     return values[0], values[1], values[2]
 
 
-def _fieller(a: float, b: float, covariance: NDArray[np.float64], t: float) -> tuple[float, float]:
-    """Return the interval of the ratio r = a / b, where (a - r b)^2 is t^2 times its variance (b is not near 0)."""
-    vaa, vbb, vab = float(covariance[1, 1]), float(covariance[0, 0]), float(covariance[0, 1])
-    p = b**2 - t**2 * vbb
-    q = a * b - t**2 * vab
-    r = a**2 - t**2 * vaa
+def _fieller(a: float, b: float, variances: tuple[float, float, float], t: float) -> tuple[float, float]:
+    """Return the interval of the ratio r = a / b, where (a - r b)^2 is t^2 times its variance (b is not near 0).
+
+    ``variances`` are those of a and of b, and their covariance.
+    """
+    vaa, vbb, vab = variances
+    p, q, r = b**2 - t**2 * vbb, a * b - t**2 * vab, a**2 - t**2 * vaa
     root = math.sqrt(max(q**2 - p * r, 0.0))
     return (q - root) / p, (q + root) / p
 
 
 def _exponent(
-    v: NDArray[np.float64],
-    mu: NDArray[np.float64],
-    force: NDArray[np.float64],
-    mu_0: float,
-    slope: float,
-    confidence: float,
+    v: Array, mu: Array, force: Array, mu_0: float, slope: float, confidence: float
 ) -> tuple[float | None, tuple[float, float] | None]:
     """Return the exponent n of mu_0 + s V^n / F_n, and its interval."""
     top = float(v.max())
 
-    def law(voltage: NDArray[np.float64], base: float, rise: float, n: float) -> NDArray[np.float64]:
+    def law(voltage: Array, base: float, rise: float, n: float) -> Array:
         return np.asarray(base + rise * (voltage / top) ** n / force)
 
-    bounds = ([-np.inf, 0, 0.1], [np.inf, np.inf, 8])
+    start, bounds = (mu_0, slope * top**2, 2.0), ([-np.inf, 0, 0.1], [np.inf, np.inf, 8])
     try:
-        found, covariance = scipy.optimize.curve_fit(
-            law, v, mu, p0=(mu_0, slope * top**2, 2.0), bounds=bounds
-        )
+        found, covariance = scipy.optimize.curve_fit(law, v, mu, p0=start, bounds=bounds)
     except (RuntimeError, ValueError):
         return None, None
+    n = float(found[2])
     half = float(scipy.stats.t.ppf((1 + confidence) / 2, len(v) - 3)) * math.sqrt(float(covariance[2, 2]))
-    if not math.isfinite(half):
-        return None, None
-    return float(found[2]), (float(found[2]) - half, float(found[2]) + half)
+    return (n, (n - half, n + half)) if math.isfinite(half) else (None, None)

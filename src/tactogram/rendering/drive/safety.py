@@ -12,26 +12,16 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
 from tactogram.signal.signal import Signal
 
+HIGHPASS_HZ = 5.0
+
 
 def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signal, dict[str, Any]]:
-    """Return a drive that may be sent: faded in and out, without DC where forbidden, within the limits.
+    """Return a drive that may be sent: faded in and out, without DC where forbidden, within the limits; and facts.
 
-    Raises `ParameterError` if rate, unit or channels are not the display's: a defect of the family.
-
-    Parameters
-    ----------
-    drive : Signal
-        At the display's rate, in its unit, with its channels.
-    faded : bool
-        Whether the family faded it already, by `settled`.
-
-    Returns
-    -------
-    Signal
-        Of the same length. Every sample lies within ``display.floor`` and ``display.limit``.
-    dict
-        ``clipped_samples`` that lay outside, ``removed_dc`` (largest of the channels, in the drive's unit), ``scaled``
-        (factor after the mean was removed, 1 unless that pushed a peak over the limit).
+    ``faded`` is whether the family faded it already, by `settled`. The facts are ``clipped_samples`` that lay outside,
+    ``removed_dc`` (largest of the channels, in the drive's unit) and ``scaled`` (factor after the mean was removed, 1
+    unless that pushed a peak over the limit). Raises `ParameterError` if rate, unit or channels are not the display's:
+    a defect of the family.
     """
     expected = (display.rate, display.unit, display.channels)
     if (drive.rate, drive.unit, drive.axes) != expected:
@@ -53,13 +43,8 @@ def settled(
 ) -> tuple[NDArray[np.float64], float]:
     """Return a drive that begins and ends at rest, without DC where forbidden, and the largest mean removed.
 
-    If the display's rest is 0 this is linear, so a family scales its drive to a limit afterwards.
-
-    Parameters
-    ----------
-    x : float64 array, shape (channel, time), in the drive's unit
-    faded : bool
-        Only remove the mean.
+    ``x`` is float64, shape (channel, time), in the drive's unit; if it is ``faded``, only the mean is removed. If the
+    display's rest is 0 this is linear, so a family scales its drive to a limit afterwards.
     """
     window = fade_window(x.shape[1], round(display.fade_ms / 1e3 * display.rate))
     if not faded:
@@ -103,21 +88,16 @@ class DriveGuard:
 
     A block with NaN or infinity is a fault: it and everything after it is replaced by a fade to rest, until `reset`.
     ``missing`` returns blocks for a lost connection: a fade to rest, then rest; the next block fades in. No block
-    leaves the limits, and none begins with a jump from the last sample beyond what the fade allows.
-
-    Parameters
-    ----------
-    display : Display
-        If DC is forbidden, a first-order high-pass at ``highpass_hz`` removes it.
-    highpass_hz : float, Hz
+    leaves the limits, and none begins with a jump from the last sample beyond what the fade allows. If DC is forbidden,
+    a first-order high-pass at `HIGHPASS_HZ` removes it.
     """
 
-    def __init__(self, display: Display, *, highpass_hz: float = 5.0) -> None:
+    def __init__(self, display: Display) -> None:
         self.display = display
         self.fault: str | None = None
         self._low, self._high = bounds(display)
         self._step = 1 / max(1.0, display.fade_ms / 1e3 * display.rate)
-        self._pole = 0.0 if display.dc else float(np.exp(-2 * np.pi * highpass_hz / display.rate))
+        self._pole = 0.0 if display.dc else float(np.exp(-2 * np.pi * HIGHPASS_HZ / display.rate))
         self._filter = scipy.signal.lfilter  # imported here, not in the first block of a device's callback
         self.reset()
 

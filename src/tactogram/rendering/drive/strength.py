@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import UnitError
 from tactogram.rendering.displays.display import Display
@@ -17,12 +17,11 @@ from tactogram.rendering.level import Level
 from tactogram.signal.filters import bandpass, differentiate
 from tactogram.signal.perception import FELT_HZ, detection_threshold, sensation_level_db, weighted
 from tactogram.signal.signal import Signal
+from tactogram.validation import FrozenModel
 
 
-class StrengthSettings(BaseModel):
+class StrengthSettings(FrozenModel):
     """Settings of displays that accept only a strength."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     frequency_hz: float = Field(gt=0)
     """Frequency of its vibration."""

@@ -20,6 +20,9 @@ LEAD_S = 0.05
 """Part of the response before its first arrival, s, faded in: a band-limited response rings before it, too."""
 WIDER = (0.5, 1.4)
 """A sweep begins an octave below the wanted band and ends half an octave above, since its own ends are inaccurate."""
+RINGING_S = 0.25
+"""Part of the response after its first arrival that is not noise, s."""
+POINTS_PER_OCTAVE = 24
 LEAST_POWER = 3e-5
 """Least power of the played spectrum, relative to its largest, that is divided by."""
 
@@ -62,12 +65,9 @@ def exponential_sweep(
         raise ParameterError(f"{display.name} takes no negative drive: it has no response to a sweep")
     count = round(seconds * display.rate)
     t = np.arange(count) / display.rate
-    octaves = np.log(high / low)
-    phase = 2 * np.pi * low * seconds / octaves * np.expm1(t / seconds * octaves)
+    sweep = scipy.signal.chirp(t, low, seconds, high, method="logarithmic", phi=-90)
     fade = min(count // 8, round(2 * display.rate / low))
-    sweep = level * display.limit * np.sin(phase) * fade_window(count, fade)
-    silent = np.zeros(round(silence_s * display.rate))
-    one = np.concatenate([silent, sweep, silent])
+    one = np.pad(level * display.limit * sweep * fade_window(count, fade), round(silence_s * display.rate))
     samples = np.repeat(one[None, :], len(display.channels), axis=0).astype(np.float32)
     return Signal(samples, display.rate, display.unit, display.channels)
 
@@ -93,14 +93,12 @@ def identify(
     recorded: Signal,
     *,
     band: tuple[float, float],
-    points_per_octave: int = 24,
-    ringing_s: float = 0.25,
     repeats: tuple[Signal, ...] = (),
 ) -> SweepResult:
     """Return the response between a played sweep and its recording, each of one axis at any rate.
 
     The recorded spectrum is divided by the played one where that has power; in time, everything before the direct
-    response (distortion) and later than ``ringing_s`` after it (noise) is cut off; the rest is read in ``band`` (Hz,
+    response (distortion) and later than `RINGING_S` after it (noise) is cut off; the rest is read in ``band`` (Hz,
     that of the sweep) at even steps per octave. The delay is determined. ``repeats`` are further recordings of the
     same sweep, averaged after alignment. Raises `ParameterError` if a signal has several axes, the recording is
     silent, or the band exceeds half a rate.
@@ -113,8 +111,8 @@ def identify(
         )
     rate = max(played.rate, recorded.rate)
     x = _at(played, rate)
-    measured = [_impulse_response(x, _at(r, rate), rate, band, ringing_s) for r in (recorded, *repeats)]
-    count = max(2, 1 + round(np.log2(band[1] / band[0]) * points_per_octave))
+    measured = [_impulse_response(x, _at(r, rate), rate, band) for r in (recorded, *repeats)]
+    count = max(2, 1 + round(np.log2(band[1] / band[0]) * POINTS_PER_OCTAVE))
     frequency = np.geomspace(*band, count)
     response = np.mean([_read(h, rate, frequency, lead) for h, lead, _, _ in measured], axis=0)
     curves = [np.interp(np.log(frequency), np.log(grid), share) for _, _, (grid, share), _ in measured]
@@ -124,7 +122,7 @@ def identify(
 
 
 def _impulse_response(
-    x: NDArray[np.float64], y: NDArray[np.float64], rate: float, band: tuple[float, float], ringing_s: float
+    x: NDArray[np.float64], y: NDArray[np.float64], rate: float, band: tuple[float, float]
 ) -> tuple[NDArray[np.float64], int, tuple[NDArray[np.float64], NDArray[np.float64]], float]:
     """Return the impulse response of a recording, its lead-in, coherence and delay."""
     if not y.any():
@@ -136,12 +134,10 @@ def _impulse_response(
     impulse = fft.irfft(recorded * np.conj(played) / (power + LEAST_POWER * power.max()), size)
     place = _first_arrival(recorded * np.conj(played), frequency, band, size)
     lead = round(LEAD_S * rate)
-    ringing = round(ringing_s * rate)
+    ringing = round(RINGING_S * rate)
     around = np.take(impulse, np.arange(place - lead, place + ringing), mode="wrap")
-    window = np.concatenate([scipy.signal.windows.hann(2 * lead)[:lead], np.ones(ringing // 2)])
-    window = np.concatenate(
-        [window, scipy.signal.windows.hann(2 * (ringing - ringing // 2))[ringing - ringing // 2 :]]
-    )
+    ending, hann = ringing - ringing // 2, scipy.signal.windows.hann
+    window = np.concatenate([hann(2 * lead)[:lead], np.ones(ringing // 2), hann(2 * ending)[ending:]])
     h = around * window
     delay = (place if place < size / 2 else place - size) / rate
     return h, lead, _coherence(x, y, h, place - lead, rate, size), delay

@@ -5,10 +5,8 @@ from tactogram.rendering.effects.effect import (
     Point as Point,
     Track as Track,
     Transient as Transient,
-)
-from tactogram.rendering.effects.library import ready_effects as ready_effects
-from tactogram.rendering.effects.mixing import (
     mixed as mixed,
     track_of as track_of,
     track_of_signal as track_of_signal,
 )
+from tactogram.rendering.effects.library import ready_effects as ready_effects

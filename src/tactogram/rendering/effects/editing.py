@@ -18,8 +18,9 @@ from tactogram.rendering.effects.effect import (
     Point,
     Track,
     Transient,
+    mixed,
+    track_of,
 )
-from tactogram.rendering.effects.mixing import mixed, track_of
 from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.events import thinned
 

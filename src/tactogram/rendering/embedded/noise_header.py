@@ -1,11 +1,17 @@
 """C header of modulated noise, for a microcontroller: tables of one texture, and the synthesis in blocks of 5 ms.
 
-The synthesis is that of `tactogram.signal.modulated_noise_synthesis` at one speed and force, in single precision.
+The synthesis is that of `tactogram.signal.modulated_noise_synthesis` at one speed and force, in single precision. Its
+random numbers are those of sfc32, and normal numbers sums of four uniform ones.
+
+References
+----------
+- Doty-Humphrey, C. (2010). PractRand. Generator sfc32: three additions, two shifts and a rotation per 32 bits.
 """
 
 from __future__ import annotations
 
 import keyword
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +25,6 @@ from jinja2 import Environment, StrictUndefined
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.embedded.small_random import DISCARDED, MEAN, SCALE, SmallRandom
 from tactogram.signal.modulated_noise import (
     BANDS,
     FRAME_S,
@@ -33,9 +38,7 @@ from tactogram.signal.modulated_noise import (
 from tactogram.signal.modulated_noise_synthesis import (
     SETTLING_S,
     SILENT,
-    NoiseProcess,
     band_sections,
-    parameters_of,
 )
 from tactogram.signal.tone_synthesis import START_S
 
@@ -45,6 +48,11 @@ MOST_FRAMES = 10_000
 WORD = 4
 """Bytes of a number."""
 TURN = 2.0**32
+DISCARDED = 12
+"""Random numbers between seeding and use."""
+SCALE = math.sqrt(3) / 65536
+"""Of the sum of four 16-bit numbers, without its mean, to the variance 1."""
+MEAN = 2 * 65535
 
 
 @dataclass(frozen=True)
@@ -126,19 +134,6 @@ def c_name(text: str) -> str:
     """Return a name in C for a text such as ``"Sandpaper P80"``."""
     name = re.sub(r"\W+", "_", text.lower(), flags=re.ASCII).strip("_")
     return name if re.match(r"[a-z]", name) else f"texture_{name}".rstrip("_")
-
-
-def header_process(model: ModulatedNoise, *, seed: int) -> NoiseProcess:
-    """Return the process whose samples those of a header are, with the random numbers of the header."""
-    sources = (SmallRandom(seed, 0), SmallRandom(seed, 1), SmallRandom(seed, 2))
-    return NoiseProcess(len(model.axes), model.lags, model.rate, seed=sources)
-
-
-def header_samples(model: ModulatedNoise, samples: int, *, seed: int) -> NDArray[np.float64]:
-    """Return the first samples of a header, in double precision, shape (axis, time)."""
-    out = np.empty((len(model.axes), samples))
-    header_process(model, seed=seed).next(out, parameters_of(model))
-    return out
 
 
 def _tables(model: ModulatedNoise) -> list[dict[str, Any]]:

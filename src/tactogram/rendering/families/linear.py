@@ -3,37 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy import fft
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.response import EDGE_OCTAVES, InverseResponse, edges, inverse
-from tactogram.rendering.drive.band_table import band_table, out_of_band_db
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits
+from tactogram.rendering.drive.report import band_table, out_of_band_db
 from tactogram.rendering.drive.safety import settled
 from tactogram.rendering.level import Level
 from tactogram.signal.perception import sensation_level_db
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
+from tactogram.validation import FrozenModel
 
 PADDING_S = 0.25
 """Silence added on both sides for a ringing response, s."""
 
 
-class Settings(BaseModel):
+class Settings(FrozenModel):
     """Equalisation of a linear display's response, and treatment of its limit."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     equalise: Literal["full", "magnitude", "none"] = "full"
     """``full`` inverts gain and phase, ``magnitude`` only the gain, ``none`` neither: the response then only predicts
@@ -218,14 +214,11 @@ class LinearStream:
     runs_on = False
 
     def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(f"{display.name}: expected a linear display, got {display.family}")
+        settings = display.settings_as(Settings)
         self._channels = len(display.channels)
         self._factor = float(facts["factor"])
         self.equalises = display.response is not None and settings.equalise != "none"
         self._equaliser = Equaliser(_stream_design(display, settings, kinematic_power(unit, display)))
-        self.delay_s = self.design.facts()["delay_ms"] / 1e3
 
     @property
     def design(self) -> EqualiserDesign:
@@ -263,17 +256,11 @@ def _stream_design(display: Display, settings: Settings, motion: int) -> Equalis
     return equaliser(display.rate, band, wanted, checked=checked)
 
 
-def _equalised(settings: Settings, on: bool) -> Settings:
-    how = settings.equalise if on and settings.equalise != "none" else "full" if on else "none"
-    return settings.model_copy(update={"equalise": how})
-
-
 FAMILY = DisplayFamily(
     name="linear",
     settings=Settings,
     drive=drive,
     stream_signal=LinearStream,
-    equalise=_equalised,
     measured_by="measure it with `tactogram sweep` and `tactogram response`",
     swept=True,
 )

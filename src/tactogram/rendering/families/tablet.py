@@ -16,25 +16,22 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.response import edges
-from tactogram.rendering.drive.band_table import out_of_band_db
 from tactogram.rendering.drive.equaliser import Equaliser, equaliser
-from tactogram.rendering.drive.report import amount
+from tactogram.rendering.drive.report import amount, out_of_band_db
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
+from tactogram.validation import FrozenModel
 
 CORNERS = ("upper-left", "upper-right", "lower-left", "lower-right")
 """Channels of a display with strings, by the position of their motors."""
@@ -44,10 +41,8 @@ TIGHTEST = 0.5
 """Share of the limit that pretension may use in a stream: near the edges two strings are long and the others tight."""
 
 
-class Settings(BaseModel):
+class Settings(FrozenModel):
     """Geometry and mechanics of the strings."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     size_mm: tuple[float, float] = (200.0, 150.0)
     """Width and height of the rectangle that the motors span, mm."""
@@ -183,15 +178,10 @@ class TabletStream:
     runs_on = False
 
     def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(f"{display.name}: expected a display with strings, got {display.family}")
-        self._settings, self._limit = settings, display.limit
+        self._settings, self._limit = display.settings_as(Settings), display.limit
         self._order = [CORNERS.index(name) for name in display.channels]
         self._newton_per_unit = float(facts["newton_per_unit"])
-        design = equaliser(display.rate, _band(display), np.ones_like)
-        self._edges = Equaliser(design)
-        self.delay_s = design.facts()["delay_ms"] / 1e3
+        self._edges = Equaliser(equaliser(display.rate, _band(display), np.ones_like))
         self.limited = 0
 
     def process(self, block: NDArray[np.float32], motion: MotionBlock | None = None) -> NDArray[np.float64]:

@@ -15,26 +15,22 @@ References
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
-from tactogram.rendering.drive.modulation import limited, pre_emphasis, scaled_within, shaped
+from tactogram.rendering.drive.modulation import CarrierSettings, limited, pre_emphasis, scaled_within, shaped
 from tactogram.rendering.drive.report import amount
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
 
 BAND = (0.0, 1000.0)
 """Band of the envelope, Hz: the publication's signals end at 1 kHz."""
@@ -174,15 +170,10 @@ def modulated(
         envelope = envelope * fade_window(len(envelope), round(fade_s * rate))
     samples = limited(settings.output_of(envelope, rate), settings.peak_v)
     arriving = min(float(np.abs(x.samples).max()) / scale, 1.0)
+    names = ("mapping", "output", "carrier_hz", "carrier_v", "peak_v", "limit_v", "limit_is")
     facts: dict[str, Any] = {
-        "mapping": settings.mapping,
-        "output": settings.output,
-        "carrier_hz": settings.carrier_hz,
-        "carrier_v": settings.carrier_v,
-        "peak_v": settings.peak_v,
+        **{name: getattr(settings, name) for name in names},
         "highest_v": float(np.abs(samples).max()),
-        "limit_v": settings.limit_v,
-        "limit_is": settings.limit_is,
         "depth": depth,
         "recovered_depth": depth * arriving,
         "unit": signal.unit,
@@ -288,9 +279,7 @@ class UltrasonicStream:
     runs_on = False
 
     def __init__(self, display: Display, unit: str, facts: Mapping[str, Any]) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(f"{display.name}: expected an ultrasonic display, got {display.family}")
+        settings = display.settings_as(Settings)
         if settings.mapping != "vibration":
             raise ParameterError(
                 f"{display.name}: only the mapping vibration can be streamed, got {settings.mapping}"
@@ -299,9 +288,7 @@ class UltrasonicStream:
         self._full_scale = float(facts["full_scale"])
         self.equalises = settings.pre_emphasis
         self._equaliser = Equaliser(_stream_design(display, settings))
-        self.delay_s = self.design.facts()["delay_ms"] / 1e3
-        self._turn = 2 * np.pi * settings.carrier_hz / display.rate
-        self._sent = 0
+        self._rate, self._sent = display.rate, 0
         self.limited = 0
 
     @property
@@ -315,12 +302,8 @@ class UltrasonicStream:
         x = self._equaliser.process(np.asarray(block[:1], np.float64) / self._full_scale)
         self.limited += int(np.count_nonzero(np.abs(x) > 1))
         envelope = s.carrier_v * (1 + s.modulated_depth * np.clip(x, -1, 1))
-        if s.output == "envelope":
-            return np.asarray(envelope)
-        # Reduced to one period, since a float loses the carrier's phase within hours.
-        phase = (self._turn * (self._sent + np.arange(x.shape[1]))) % (2 * np.pi)
         self._sent += x.shape[1]
-        return np.asarray(envelope * np.sin(phase))
+        return s.output_of(envelope[0], self._rate, first=self._sent - x.shape[1])[None]
 
     def facts(self) -> dict[str, Any]:
         """Return full scale, carrier, over-modulated samples and the equaliser's facts."""
@@ -346,7 +329,6 @@ FAMILY = DisplayFamily(
     settings=Settings,
     drive=drive,
     stream_signal=UltrasonicStream,
-    equalise=lambda settings, on: settings.model_copy(update={"pre_emphasis": on}),
     response_known=lambda display: isinstance(display.settings, Settings) and display.settings.q is not None,
     measured_by="set its q, which `tactogram transducer` determines from a measured admittance",
     hazard=(

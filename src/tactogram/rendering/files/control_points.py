@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files.analysis import HIGHEST_HZ
+from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import STEP_S, Events, FrequencySpan, Line, Part, Transient, thinned
-from tactogram.rendering.files.format import HapticFormat
 
 MOST_POINTS = 16
 SHORTEST_MS, LONGEST_MS = 20, 1000

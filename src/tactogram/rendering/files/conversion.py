@@ -12,12 +12,12 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.files.analysis import READ_RATE, events_of, power_felt
-from tactogram.rendering.files.catalogue import haptic_format, haptic_formats
+from tactogram.rendering.files.catalogue import HapticFormat, haptic_format, haptic_formats
 from tactogram.rendering.files.documents import DocumentHeader, Notes
 from tactogram.rendering.files.events import Events, joined
-from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.loss import (
     KEPT_DB,
     ConversionLoss,
@@ -29,7 +29,6 @@ from tactogram.rendering.files.loss import (
     verdict,
 )
 from tactogram.rendering.files.reading import HapticFile, decoded
-from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.description import SignalDescription

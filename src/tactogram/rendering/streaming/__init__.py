@@ -2,5 +2,5 @@
 
 `engine` renders, `motion` describes the finger, `textures` (from a `texture_table`) and `surface` are what it moves
 over, `contact` adds the transients of landings, `output` drives a display, `backends` play or send the blocks, and
-`packets` and `network` connect a game engine.
+`network` connects a game engine.
 """

@@ -22,8 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
-from tactogram.extras import device_errors, imported, silenced
-from tactogram.rendering.streaming.stream import Stream
+from tactogram.extras import device_errors, imported
+from tactogram.rendering.sound_card import opened_card
+from tactogram.rendering.streaming.output import Stream
 
 Block = NDArray[np.float32]
 Sink = Callable[[Block, float], None]
@@ -191,39 +192,24 @@ def run_miniaudio(
 
     Raises `MissingExtraError` or `DeviceError` if the library or a sound card is missing.
     """
-    miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
     engine = stream.engine
     if engine.rate != int(engine.rate):
         raise ParameterError(f"an audio device needs an integral rate in Hz, got {engine.rate:g}")
     reader = FrameReader(stream, clock, full_scale=full_scale, realtime=realtime)
-
-    def frames() -> Iterator[bytes]:
-        count = yield b""
-        while True:
-            count = yield reader.read(count).tobytes()  # type: ignore[arg-type]
-
-    with device_errors("null" if null else "audio"):
-        with silenced():
-            device = miniaudio.PlaybackDevice(
-                output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=reader.channels,
-                sample_rate=int(engine.rate),
-                buffersize_msec=max(1, round(1e3 * engine.most / engine.rate)),
-                backends=[miniaudio.Backend.NULL] if null else None,
-            )
-        try:
-            source = frames()
-            next(source)
-            with uninterrupted():
-                clock.start()
-                device.start(source)
-                _wait(stream, seconds, clock, status, reader)
-                device.stop()
-        finally:
-            device.close()
+    block_ms = 1e3 * engine.most / engine.rate
+    with (
+        opened_card(
+            reader.read, rate=engine.rate, channels=reader.channels, buffer_ms=block_ms, null=null
+        ) as card,
+        uninterrupted(),
+    ):
+        clock.start()
+        card.start()
+        _wait(stream, seconds, clock, status, reader)
+        card.stop()
     return {
         "library": "miniaudio",
-        "device": "null" if null else str(device.backend),
+        "device": "null" if null else card.backend,
         "frames_per_call": reader.frames / reader.calls if reader.calls else 0.0,
         "realtime_priority": reader.granted,
     }

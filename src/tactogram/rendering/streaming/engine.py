@@ -22,10 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.streaming.block_clock import BlockClock
 from tactogram.rendering.streaming.contact import ActiveTransients, ContactSettings
 from tactogram.rendering.streaming.finger_path import STATES, FingerTracker
-from tactogram.rendering.streaming.latency import Latency
 from tactogram.rendering.streaming.motion import (
     FingerState,
     MixWeights,
@@ -35,6 +33,7 @@ from tactogram.rendering.streaming.motion import (
     Tap,
 )
 from tactogram.rendering.streaming.textures import StreamingTexture
+from tactogram.rendering.streaming.timing import BlockClock, Latency
 
 Block = NDArray[np.float32]
 
@@ -123,7 +122,7 @@ class Engine:
 
         The array is a view that the next call overwrites. Motion that has arrived by ``now_s`` (on the engine's clock)
         is read. ``ahead_s`` is the delay of the first sample after now, for a backend that requests several blocks at
-        once. Irregular start times are made regular by `block_clock`.
+        once. Irregular start times are made regular by `timing.BlockClock`.
         """
         count = self.most if count is None else count
         for message in self.motion.poll(now_s):

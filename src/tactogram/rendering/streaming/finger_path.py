@@ -8,7 +8,6 @@ Contact and movement are gains with ramps of their own: rest, landing and lift a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
 from typing import Literal, NamedTuple
 
 import numba
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
+from tactogram.rendering.displays.family import MotionBlock, MotionSamples
 from tactogram.rendering.streaming.motion import (
     FARTHEST_MM,
     FASTEST_MM_S,
@@ -43,42 +43,6 @@ TRACED_HZ, TRACED = 1000.0, 5
 _X, _Y, _VX, _VY, _FORCE, _CONTACT, _PATH, _MOVEMENT = range(8)
 
 
-@dataclass(eq=False)
-class MotionBlock:
-    """The finger over one block: arrays with room for ``most`` samples, of which the first ``count`` are valid.
-
-    Position and length of the path so far are in mm; ``contact`` and ``movement`` are gains from 0 (lifted, at rest)
-    to 1 (touching, sliding).
-    """
-
-    most: int
-    count: int = 0
-    x_mm: NDArray[np.float64] = field(init=False)
-    y_mm: NDArray[np.float64] = field(init=False)
-    path_mm: NDArray[np.float64] = field(init=False)
-    speed_mm_s: NDArray[np.float64] = field(init=False)
-    force_n: NDArray[np.float64] = field(init=False)
-    contact: NDArray[np.float32] = field(init=False)
-    movement: NDArray[np.float32] = field(init=False)
-
-    def __post_init__(self) -> None:
-        for name in _Samples._fields:
-            kind = np.float32 if name in ("contact", "movement") else np.float64
-            setattr(self, name, np.zeros(self.most, kind))
-
-
-class _Samples(NamedTuple):
-    """The arrays of a `MotionBlock`, as numba takes them."""
-
-    x_mm: NDArray[np.float64]
-    y_mm: NDArray[np.float64]
-    path_mm: NDArray[np.float64]
-    speed_mm_s: NDArray[np.float64]
-    force_n: NDArray[np.float64]
-    contact: NDArray[np.float32]
-    movement: NDArray[np.float32]
-
-
 class _Target(NamedTuple):
     """The finger at the beginning of a block, and the ranges and time constants of the follower."""
 
@@ -102,7 +66,6 @@ class FingerTracker:
         self.state: State = "lost"
         self._step_s = 1 / rate
         self._values = np.zeros(8)
-        self._samples = _Samples(*(getattr(self.block, name) for name in _Samples._fields))
 
     def follow(self, finger: FingerState, now_s: float, count: int, *, ahead_s: float = 0.0) -> MotionBlock:
         """Return the finger over the next ``count`` samples, the first of them ``ahead_s`` after ``now_s``."""
@@ -132,7 +95,7 @@ class FingerTracker:
             settings.rest_mm_s,
             settings.moving_mm_s,
         )
-        _follow(values, target, self._step_s, count, self._samples)
+        _follow(values, target, self._step_s, count, block.samples)
         block.count = count
         moving = block.speed_mm_s[count - 1] > (settings.rest_mm_s + settings.moving_mm_s) / 2
         self.state = "lost" if lost else "air" if not finger.touching else "slide" if moving else "rest"
@@ -171,7 +134,9 @@ def followed(source: MotionSource, seconds: float) -> Motion:
 
 
 @numba.njit(cache=True, nogil=True)
-def _follow(values: NDArray[np.float64], target: _Target, step: float, count: int, out: _Samples) -> None:
+def _follow(
+    values: NDArray[np.float64], target: _Target, step: float, count: int, out: MotionSamples
+) -> None:
     pull = 1 / (target.following_s * target.following_s)
     damping = 2 / target.following_s
     decay = math.exp(-step / FORCE_S)

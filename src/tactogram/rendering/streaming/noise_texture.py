@@ -15,8 +15,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.rendering.displays.family import MotionBlock
 from tactogram.rendering.drive.axes import combined
-from tactogram.rendering.streaming.finger_path import MotionBlock
 from tactogram.rendering.streaming.texture_table import check_axis, models_on_grid, node
 from tactogram.rendering.streaming.textures import Block, Resampler
 from tactogram.signal.modulated_noise import ModulatedNoise

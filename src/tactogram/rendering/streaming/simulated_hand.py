@@ -17,45 +17,38 @@ UP_S = 0.08
 """Time in which a finger lifts before it moves on, or comes down, s."""
 
 
-@dataclass(frozen=True)
-class HandSettings:
-    """Settings of a simulated hand: rates in Hz, and ranges of the strokes, rests and lifts.
-
-    A stroke follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times its
-    mean. Every few strokes the finger lifts and lands elsewhere. ``force_n`` is the mean normal force while touching,
-    which varies by about a third; ``noise_mm`` the standard deviation of a position.
-    """
-
-    position_rate: float = 250.0
-    force_rate: float = 500.0
-    length_mm: tuple[float, float] = (40.0, 120.0)
-    duration_s: tuple[float, float] = (0.4, 1.2)
-    rest_s: tuple[float, float] = (0.02, 0.25)
-    lift_s: tuple[float, float] = (0.15, 0.5)
-    strokes_between_lifts: int = 3
-    force_n: float = 0.6
-    noise_mm: float = 0.01
+POSITION_RATE, FORCE_RATE = 250.0, 500.0
+"""Rates of the two sensors, Hz."""
+LENGTH_MM, DURATION_S = (40.0, 120.0), (0.4, 1.2)
+"""Of a stroke, which follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times
+its mean."""
+REST_S, LIFT_S, STROKES_BETWEEN_LIFTS = (0.02, 0.25), (0.15, 0.5), 3
+"""Every few strokes the finger lifts and lands elsewhere."""
+FORCE_N = 0.6
+"""Mean normal force while touching, which varies by about a third."""
 
 
 class SimulatedHand:
-    """Motion of a simulated hand for ``seconds``; the same seed gives the same motion."""
+    """Motion of a simulated hand for ``seconds``; the same seed gives the same motion.
+
+    ``noise_mm`` is the standard deviation of a position.
+    """
 
     name = "simulated hand"
     simulated = True
 
-    def __init__(self, seconds: float, *, seed: int, settings: HandSettings | None = None) -> None:
+    def __init__(self, seconds: float, *, seed: int, noise_mm: float = 0.01) -> None:
         if not (seconds > 0 and math.isfinite(seconds)):
             raise ParameterError(f"seconds must be > 0, got {seconds}")
-        self.settings = s = settings or HandSettings()
         random = np.random.default_rng(seed)
-        knots = _journey(seconds, s, random)
-        at = np.arange(math.ceil(seconds * s.position_rate)) / s.position_rate
+        knots = _journey(seconds, random)
+        at = np.arange(math.ceil(seconds * POSITION_RATE)) / POSITION_RATE
         x, y, _ = _along(knots, at)
-        x += s.noise_mm * random.standard_normal(len(x))
-        y += s.noise_mm * random.standard_normal(len(y))
+        x += noise_mm * random.standard_normal(len(x))
+        y += noise_mm * random.standard_normal(len(y))
         # Half an interval apart, like two independent sensors.
-        at_force = np.asarray((np.arange(math.ceil(seconds * s.force_rate)) + 0.5) / s.force_rate, np.float64)
-        force = _force(knots, at_force, s, random)
+        at_force = np.asarray((np.arange(math.ceil(seconds * FORCE_RATE)) + 0.5) / FORCE_RATE, np.float64)
+        force = _force(knots, at_force, random)
         times = np.concatenate((at, at_force))
         order = np.argsort(times, kind="stable")
         nothing = np.full(len(at_force), math.nan)
@@ -93,7 +86,7 @@ class _HandMove:
     touching: bool
 
 
-def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> list[_HandMove]:
+def _journey(seconds: float, random: np.random.Generator) -> list[_HandMove]:
     """Return consecutive moves that last at least ``seconds``."""
     moves: list[_HandMove] = []
     now, place, direction = 0.0, (0.0, 0.0), 1.0
@@ -105,17 +98,17 @@ def _journey(seconds: float, s: HandSettings, random: np.random.Generator) -> li
 
     go(0.2, place, touching=False)
     while now < seconds:
-        strokes = 1 + random.poisson(s.strokes_between_lifts - 1)
-        go(random.uniform(*s.rest_s), place, touching=True)
+        strokes = 1 + random.poisson(STROKES_BETWEEN_LIFTS - 1)
+        go(random.uniform(*REST_S), place, touching=True)
         for _ in range(strokes):
-            length = random.uniform(*s.length_mm)
+            length = random.uniform(*LENGTH_MM)
             to = (place[0] + direction * length, place[1] + random.normal(0, 0.05 * length))
-            go(random.uniform(*s.duration_s), to, touching=True)
-            go(random.uniform(*s.rest_s), place, touching=True)
+            go(random.uniform(*DURATION_S), to, touching=True)
+            go(random.uniform(*REST_S), place, touching=True)
             direction = -direction
         landing = (place[0] + random.uniform(-30, 30), place[1] + random.uniform(-30, 30))
         go(UP_S, place, touching=False)
-        go(random.uniform(*s.lift_s), landing, touching=False)
+        go(random.uniform(*LIFT_S), landing, touching=False)
         go(UP_S, landing, touching=False)
     return moves
 
@@ -132,15 +125,15 @@ def _along(moves: list[_HandMove], at: Array) -> tuple[Array, Array, NDArray[np.
     return position[:, 0], position[:, 1], touching
 
 
-def _force(moves: list[_HandMove], at: Array, s: HandSettings, random: np.random.Generator) -> Array:
+def _force(moves: list[_HandMove], at: Array, random: np.random.Generator) -> Array:
     """Return the force at times ``at``, N: 0 in the air, slowly varying on the surface, rising and falling fast."""
     _, _, touching = _along(moves, at)
     slow = np.zeros(len(at))
     for hz in (0.3, 0.7, 1.9):
         slow += np.sin(2 * np.pi * (hz * at + random.uniform())) / 3
-    wanted = np.where(touching, s.force_n * (1 + 0.6 * slow), 0.0)
+    wanted = np.where(touching, FORCE_N * (1 + 0.6 * slow), 0.0)
     smooth = np.empty(len(at))
-    force, decay = 0.0, math.exp(-1 / (0.012 * s.force_rate))
+    force, decay = 0.0, math.exp(-1 / (0.012 * FORCE_RATE))
     for i, value in enumerate(wanted):
         force = value + decay * (force - value)
         smooth[i] = force

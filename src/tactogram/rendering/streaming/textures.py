@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.streaming.finger_path import MotionBlock
+from tactogram.rendering.displays.family import MotionBlock
 from tactogram.rendering.streaming.texture_table import TextureGrid, TextureTable, interpolate
 from tactogram.signal.synthesis import ladder
 
@@ -57,18 +57,7 @@ class _Filter(NamedTuple):
 
 
 class Resampler:
-    """Samples at a texture's rate, interpolated at the engine's, block by block.
-
-    Parameters
-    ----------
-    axes : int
-    own : float
-        Rate of the texture, Hz.
-    rate : float
-        Of the engine, Hz.
-    most : int
-        Samples in a block.
-    """
+    """Samples at a texture's ``own`` rate, interpolated at the engine's ``rate`` (Hz), in blocks of ``most``."""
 
     def __init__(self, axes: int, own: float, *, rate: float, most: int) -> None:
         self._ratio = own / rate

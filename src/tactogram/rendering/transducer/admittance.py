@@ -1,7 +1,8 @@
 """Admittance of a transducer, measured with a generator and a two-channel converter.
 
 `ResonanceTracker` needs it at one frequency after another. Generator and converter may be one device or two, real or
-simulated: anything that implements `Carrier` and `Recorder`.
+simulated: anything that implements `Carrier` and `Recorder`, such as a Digilent's inputs (`DigilentRecorder`; tested
+against a simulated device with dwfpy's calls only).
 
 The converter must sample both channels at the same instants, at more than `LEAST_RATIO` times the carrier. A
 multiplexed converter samples the current later than the voltage; at 28 kHz a microsecond is 10 degrees, and 45 degrees
@@ -10,13 +11,17 @@ shift the resonance by half its width. ``skew_s`` corrects for that.
 
 from __future__ import annotations
 
-from typing import Protocol
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DeviceError, ParameterError
+from tactogram.extras import device_errors
+from tactogram.validation import FrozenModel
 
 Array = NDArray[np.float64]
 
@@ -53,10 +58,8 @@ class Recorder(Protocol):
         ...
 
 
-class ProbeSettings(BaseModel):
+class ProbeSettings(FrozenModel):
     """Probe factors between the transducer and the converter."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     volts_per_volt: float = Field(default=1.0, gt=0, allow_inf_nan=False)
     """Voltage at the transducer per measured volt: 10 for a 10:1 probe."""
@@ -66,10 +69,8 @@ class ProbeSettings(BaseModel):
     """Delay of the current's samples after the voltage's, s."""
 
 
-class MeasurementTiming(BaseModel):
+class MeasurementTiming(FrozenModel):
     """Settling time and measuring time at each frequency."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     settle_s: float = Field(default=0.05, ge=0, le=5)
     """Wait after each change of the carrier. The default is five time constants of Q 800 at 28 kHz, plus a driver's
@@ -154,3 +155,71 @@ def lock_in(voltage: Array, current: Array, *, rate: float, frequency_hz: float)
     if abs(volts) <= 1e-9 * float(np.abs(voltage[-count:]).sum() + 1e-300):
         raise ParameterError(f"no voltage at {frequency_hz:g} Hz: the drive is off or at another frequency")
     return complex((current[-count:] @ turn) / volts)
+
+
+POLL_S = 0.001
+STALLED_S = 2.0
+"""Longest time that a measurement may take beyond its window."""
+
+
+class ScopeSettings(FrozenModel):
+    """Settings of the inputs."""
+
+    voltage: int = Field(default=1, ge=1, le=4)
+    """Input for the voltage, as labelled on the device."""
+    current: int = Field(default=2, ge=1, le=4)
+    rate: float = Field(default=400_000.0, gt=0)
+    """At this rate 8,192 samples, an Analog Discovery 2's buffer, are 20 ms."""
+    range_v: tuple[float, float] = (50.0, 5.0)
+    """Widths of the inputs' ranges, peak to peak; the device uses the next available ones."""
+
+
+class DigilentRecorder:
+    """An `admittance.Recorder` on a device's inputs; one buffer per measurement.
+
+    ``device`` and ``module`` are those of `AnalogDiscovery.opened_device`. In tests, ``sleep`` and ``clock`` replace
+    those of `time`. Raises `DeviceError` if the device has no such inputs.
+    """
+
+    def __init__(
+        self,
+        device: Any,
+        module: Any,
+        inputs: ScopeSettings,
+        *,
+        name: str,
+        sleep: Callable[[float], None] = time.sleep,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.name, self._module, self._sleep, self._clock = name, module, sleep, clock
+        self._scope = device.analog_input
+        self._channels = (inputs.voltage - 1, inputs.current - 1)
+        if max(self._channels) >= len(self._scope.channels):
+            raise DeviceError(f"{name}: no input {max(self._channels) + 1}")
+        with device_errors(name, library="dwfpy"):
+            for channel, width in zip(self._channels, inputs.range_v, strict=True):
+                self._scope.setup_channel(channel, range=width, filter="decimate", enabled=True)
+            self._scope.setup_acquisition(mode="single", sample_rate=inputs.rate, configure=True)
+            self.rate = float(self._scope.frequency)
+            voltage, current = (float(self._scope.channels[c].range) / 2 for c in self._channels)
+        self.full_scale = (voltage, current)
+
+    def take(self, seconds: float, *, after_s: float) -> tuple[Array, Array]:
+        """Return a buffer of both inputs, V; at most as many samples as the device holds.
+
+        Raises `DeviceError` if the device is gone or the measurement does not finish.
+        """
+        self._sleep(after_s)
+        scope, done = self._scope, self._module.Status.DONE
+        with device_errors(self.name, library="dwfpy"):
+            count = min(round(seconds * self.rate), int(scope.buffer_size_max))
+            scope.setup_acquisition(buffer_size=count, configure=True, start=True)
+            until = self._clock() + seconds + STALLED_S
+            while scope.read_status(read_data=True) != done:
+                if self._clock() > until:
+                    raise DeviceError(f"{self.name}: its inputs delivered nothing for {STALLED_S:g} s")
+                self._sleep(POLL_S)
+            voltage, current = (
+                np.asarray(scope.channels[c].get_data(0, count), np.float64) for c in self._channels
+            )
+        return voltage, current

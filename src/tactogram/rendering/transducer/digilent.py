@@ -20,13 +20,13 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DeviceError, ParameterError, UnitError
 from tactogram.extras import device_errors, imported
-from tactogram.rendering.displays.carrier import CarrierSettings
+from tactogram.rendering.drive.modulation import CarrierSettings
 from tactogram.signal.signal import Signal
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 
 LARGEST_V = 5.0
 """Largest voltage of an Analog Discovery's generator, 0 to peak."""
@@ -40,10 +40,8 @@ OFF = -1.0
 """Data of the AM node that turn the carrier off."""
 
 
-class GeneratorSettings(BaseModel):
+class GeneratorSettings(FrozenModel):
     """Settings of the generator."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     carrier_hz: float = Field(gt=0, le=1e6)
     peak_v: float = Field(gt=0, le=LARGEST_V)
@@ -228,7 +226,7 @@ class AnalogDiscovery:
 
     @property
     def opened_device(self) -> tuple[Any, Any]:
-        """Dwfpy's device and dwfpy itself, for `digilent_scope`."""
+        """Dwfpy's device and dwfpy itself, for `admittance.DigilentRecorder`."""
         self._opened()
         return self._device, self._module
 

@@ -20,11 +20,12 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering.transducer.circuit import Transducer, fitted_transducer
 from tactogram.signal.io.atomic import write_text
+from tactogram.validation import FrozenModel
 
 MeasureAdmittance = Callable[[float], complex]
 """Admittance in S at a frequency in Hz, measured after the transducer has settled there."""
@@ -40,10 +41,8 @@ class TrackingError(TactogramError):
     """No resonance was found, or the measurements keep failing; the carrier is not reliable."""
 
 
-class TrackingSettings(BaseModel):
+class TrackingSettings(FrozenModel):
     """Settings of the search for a resonance and of its tracking."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     method: Method = "motional_phase"
     """The default is unbiased at every Q."""

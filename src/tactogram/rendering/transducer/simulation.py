@@ -14,10 +14,11 @@ from typing import Any, Self
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer
+from tactogram.validation import FrozenModel
 
 Array = NDArray[np.float64]
 
@@ -85,10 +86,8 @@ class TransducerSimulation:
         return states[0], states[0] + c0 * ((v - previous) * self.rate + 1j * w * v)
 
 
-class BenchSettings(BaseModel):
+class BenchSettings(FrozenModel):
     """Settings of the simulated bench: assumptions, not any device's."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate: float = Field(default=250_000.0, gt=0)
     amplitude_v: float = Field(default=5.0, gt=0)

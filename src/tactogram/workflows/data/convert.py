@@ -12,11 +12,11 @@ from typing import Any
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.files.reading import HapticFile, check_file, read_haptic
-from tactogram.rendering.files.reduction import to_one_axis
 from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.rendering.sound_map import sound_to_touch
 from tactogram.signal import Signal

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.drive.safety import safe
 from tactogram.rendering.transducer.circuit import fitted_transducer, read_sweep
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
@@ -20,6 +20,10 @@ from tactogram.workflows.request import takes
 
 LEAST_HZ = 1000.0
 """Transducers of ultrasonic displays resonate above it."""
+CIRCUIT = (
+    *("resonance_hz", "q", "r1_ohm", "l1_henry", "c1_farad", "c0_farad"),
+    *("antiresonance_hz", "coupling", "envelope_cutoff_hz"),
+)
 
 
 @takes(CalibrationRequest)
@@ -62,8 +66,7 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
     Returns
     -------
     dict
-        The circuit: ``resonance_hz``, ``q``, ``r1_ohm``, ``l1_henry``, ``c1_farad``, ``c0_farad``,
-        ``antiresonance_hz``, ``coupling``, ``envelope_cutoff_hz``, ``settling_ms``; ``residual`` (largest, over the
+        The circuit: `CIRCUIT` and ``settling_ms``; ``residual`` (largest, over the
         largest admittance), ``points`` (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
     """
     frequency, admittance = read_sweep(sweep)
@@ -75,15 +78,7 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
     lost = np.isnan(admittance)
     away, measured = (found.admittance(frequency) - admittance)[~lost], admittance[~lost]
     return {
-        "resonance_hz": found.resonance_hz,
-        "q": found.q,
-        "r1_ohm": found.r1_ohm,
-        "l1_henry": found.l1_henry,
-        "c1_farad": found.c1_farad,
-        "c0_farad": found.c0_farad,
-        "antiresonance_hz": found.antiresonance_hz,
-        "coupling": found.coupling,
-        "envelope_cutoff_hz": found.envelope_cutoff_hz,
+        **{name: getattr(found, name) for name in CIRCUIT},
         "settling_ms": 1e3 * found.settling_s,
         "residual": float(abs(away).max() / abs(measured).max()),
         "points": len(measured),
@@ -116,12 +111,7 @@ def play(request: PlayRequest) -> dict[str, Any]:
     if kind != "digilent":
         raise ParameterError(f"device must be digilent or digilent:SERIAL, got {request.device!r}")
     known = open_display(request.display)
-    settings = known.settings
-    if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
-        raise ParameterError(
-            f"{known.name} has no carrier that a device could make: its drive must be a modulated carrier, "
-            "with output = 'envelope'"
-        )
+    settings = carrier_of(known)
     drive = read_signal(Path(file))
     if drive.unit != known.unit or len(drive.axes) != 1 or drive.domain != "time":
         raise ParameterError(

@@ -1,6 +1,6 @@
 """Playback of a rendered drive on a sound card or the null device: as fitted or weaker, never stronger.
 
-`rendering.drive.safety.Guard` has the last word on every block: it fades in, fades out when stopped, and stays
+`rendering.drive.safety.DriveGuard` has the last word on every block: it fades in, fades out when stopped, and stays
 within the display's limits.
 """
 
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, ParameterError, TactogramError
-from tactogram.extras import device_errors, imported, silenced
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import DriveGuard
+from tactogram.rendering.sound_card import opened_card, sound_cards
 from tactogram.rendering.transducer.digilent import find_devices
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
@@ -56,7 +55,7 @@ def outputs() -> list[dict[str, Any]]:
         found.append({"device": device, "title": title, "missing": missing, "simulated": simulated})
 
     try:
-        names = list(_cards())
+        names = list(sound_cards())
         for name in names:
             add(f"audio:{name}", f"sound card: {name}")
         if not names:
@@ -202,12 +201,17 @@ class Playback:
         """
         self.state, self._requested_at = "playing", time.monotonic()
         try:
-            with device_errors(self.device), self._opened() as device:
-                source = self._frames()
-                next(source)
-                device.start(source)
+            with opened_card(
+                self.pull,
+                rate=self.display.rate,
+                channels=self.display.card_width,
+                buffer_ms=BUFFER_MS,
+                null=self.device == NULL,
+                name=self._card,
+            ) as card:
+                card.start()
                 self._wait()
-                device.stop()
+                card.stop()
         except TactogramError as error:
             self.state, self.error = "failed", str(error)
             raise
@@ -252,26 +256,6 @@ class Playback:
         self._share = float(shares[-1])
         return np.asarray(shares, np.float32)
 
-    def _frames(self) -> Iterator[bytes]:
-        count: Any = yield b""
-        while True:
-            count = yield self.pull(count).tobytes()
-
-    def _opened(self) -> Any:
-        miniaudio = imported("miniaudio", extra="devices", what="playing on a sound card or the null device")
-        simulated = self.device == NULL
-        card = None if simulated else _card(self._card)
-        with silenced():
-            return miniaudio.PlaybackDevice(
-                output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=self.display.card_width,
-                sample_rate=int(self.display.rate),
-                buffersize_msec=BUFFER_MS,
-                device_id=card,
-                backends=[miniaudio.Backend.NULL] if simulated else None,
-                app_name="tactogram",
-            )
-
 
 @takes(PlayRequest)
 def play_drive(request: PlayRequest) -> dict[str, Any]:
@@ -305,28 +289,3 @@ def play_drive(request: PlayRequest) -> dict[str, Any]:
     if (raised := result.pop("raised", None)) is not None:
         raise raised
     return {"file": str(request.file), **result}
-
-
-def _cards() -> dict[str, Any]:
-    """Return the ids of sound cards by name; none where the library has only its null device."""
-    miniaudio = imported("miniaudio", extra="devices", what="playing on a sound card")
-    with silenced():
-        try:
-            devices = miniaudio.Devices()
-        except miniaudio.MiniaudioError:
-            return {}
-    if "null" in str(devices.backend).lower():
-        return {}
-    # ALSA's own null device discards everything and keeps no time.
-    return {d["name"]: d["id"] for d in devices.get_playbacks() if not d["name"].startswith("Discard all")}
-
-
-def _card(name: str) -> Any:
-    cards = _cards()
-    if not cards:
-        raise DeviceError("no sound card found: plug one in, or play on the null device")
-    if not name:
-        return None
-    if name not in cards:
-        raise DeviceError(f"no sound card is called {name!r}; there are {', '.join(cards)}")
-    return cards[name]

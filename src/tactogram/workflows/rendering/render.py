@@ -136,7 +136,7 @@ def write_drive(out: Path, drive: Drive, *, report: Mapping[str, Any]) -> Path:
 
 def save_drive_figure(path: Path, drive: Drive, display: Display) -> Path:
     """Write the figure of a drive and return its path."""
-    from tactogram.rendering.drive.figures import drive_figure
+    from tactogram.rendering.figures import drive_figure
 
     with atomic_write(path) as part:
         drive_figure(drive, display).savefig(part, format="png", dpi=150)

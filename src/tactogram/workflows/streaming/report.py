@@ -8,7 +8,7 @@ from typing import Any
 
 from tactogram.model import limits_of
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
-from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.output import Stream
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
@@ -112,7 +112,7 @@ def write_sent(
         write_signal(out, sent, metadata=metadata)
         written["file"] = str(out)
     if figure is not None:
-        from tactogram.rendering.streaming.figures import stream_figure
+        from tactogram.rendering.figures import stream_figure
 
         count = len(facts["textures"])
         what = facts["textures"][0] if count == 1 else f"{count} textures"

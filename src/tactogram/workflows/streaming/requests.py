@@ -32,12 +32,6 @@ class StreamRequest(SignalOptions):
     level: Annotated[
         str | None, Option("as of `render`; found under a simulated hand before the stream begins", "LEVEL")
     ] = None
-    equalise: Annotated[
-        bool | None,
-        Option(
-            "make up for the display's response (default: as its file says, on wherever the response is known)"
-        ),
-    ] = None
     changes: Annotated[
         Mapping[str, Any] | None,
         Option("change a value of the display, e.g. linear.cap_db=10", "KEY=VALUE", "--set"),
@@ -99,10 +93,6 @@ class StreamRequest(SignalOptions):
         if (self.display is None) != (self.level is None):
             raise ParameterError(
                 "a display needs a level and a level a display: give `display` and `level`, or neither"
-            )
-        if self.equalise is not None and self.display is None:
-            raise ParameterError(
-                "a display's response is equalised: give `display` and `level`, or omit `equalise`"
             )
         if self.backend in ("audio", "digilent") and self.display is None:
             raise ParameterError(

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.streaming.backends import (
     Clock,
     clocked_blocks,
@@ -22,9 +22,9 @@ from tactogram.rendering.streaming.backends import (
 )
 from tactogram.rendering.streaming.motion import MotionSource
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
+from tactogram.rendering.streaming.output import Stream
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTracking
@@ -109,44 +109,30 @@ def run(
     status: StatusCallback | None = None,
 ) -> dict[str, Any]:
     """Run a stream on its backend and return the facts of that, as JSON values: ``device``, ``blocks``."""
-    realtime, card = backend.realtime, backend.device
+    paced: dict[str, Any] = {"seconds": seconds, "clock": clock, "status": status}
     match backend.kind:
         case "file":
             run_unpaced(running, seconds=seconds, status=status)
             return {"device": {"library": "none", "paced": False}}
         case "null":
-            return {
-                "device": run_miniaudio(
-                    running, seconds=seconds, clock=clock, null=True, status=status, realtime=realtime
-                )
-            }
+            return {"device": run_miniaudio(running, null=True, realtime=backend.realtime, **paced)}
         case "audio":
-            return {
-                "device": run_audio(
-                    running,
-                    seconds=seconds,
-                    clock=clock,
-                    device=int(card) if card.isdigit() else card or None,
-                    full_scale=backend.full_scale,
-                    status=status,
-                    realtime=realtime,
-                )
-            }
+            card = int(backend.device) if backend.device.isdigit() else backend.device or None
+            paced |= {"device": card, "full_scale": backend.full_scale, "realtime": backend.realtime}
+            return {"device": run_audio(running, **paced)}
         case "osc":
             to = parse_address(backend.to, default_port=9121) if backend.to else None
             heard = motion if isinstance(motion, NetworkMotion) else None
             sink = NetworkBlocks(rate=running.engine.rate, to=to, motion=heard)
-            granted = run_clocked(
-                running, seconds=seconds, clock=clock, sink=sink, status=status, realtime=realtime
-            )
+            granted = run_clocked(running, sink=sink, realtime=backend.realtime, **paced)
             sink.close()
             return {
                 "device": {"library": backend.kind, "realtime_priority": granted},
                 "blocks": {"sent": sink.sent, "unsent": sink.unsent},
             }
         case "digilent":
-            return {"device": _run_digilent(running, backend, seconds, clock, status)}
-    granted = run_clocked(running, seconds=seconds, clock=clock, status=status, realtime=realtime)
+            return {"device": _run_digilent(running, backend, **paced)}
+    granted = run_clocked(running, realtime=backend.realtime, **paced)
     return {"device": {"library": "none", "paced": True, "realtime_priority": granted}}
 
 
@@ -178,17 +164,6 @@ def _run_digilent(
     with backend.opened(generator(settings, serial=backend.device)) as device:
         device.play(envelope(), rate=rate, longest_s=seconds)
         return device.facts()
-
-
-def carrier_of(display: Display) -> CarrierSettings:
-    """Return the carrier of a display whose generator makes it; raises `ParameterError` for others."""
-    settings = display.settings
-    if not isinstance(settings, CarrierSettings) or settings.output != "envelope":
-        raise ParameterError(
-            f"{display.name} has no carrier that a Digilent could make: its drive must be a modulated carrier, with "
-            "output = 'envelope'"
-        )
-    return settings
 
 
 def status_lines(running: Stream, status: Callable[[str, float], None]) -> StatusCallback:

@@ -10,14 +10,14 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.family import display_family
+from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_unpaced
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.network import NetworkMotion
-from tactogram.rendering.streaming.output import DisplayOutput, check_streams, equalised
+from tactogram.rendering.streaming.output import DisplayOutput, Stream, check_streams
 from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.textures import StreamingTexture
 from tactogram.rendering.transducer.digilent import AnalogDiscovery
@@ -29,7 +29,7 @@ from tactogram.workflows.rendering.playback import full_scale_of
 from tactogram.workflows.request import takes
 from tactogram.workflows.streaming.report import limited, write_sent
 from tactogram.workflows.streaming.requests import StreamRequest
-from tactogram.workflows.streaming.session import Backend, carrier_of, motion_of, run, status_lines
+from tactogram.workflows.streaming.session import Backend, motion_of, run, status_lines
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 
 PLAIN_RATE = 8000.0
@@ -61,7 +61,9 @@ def stream(request: StreamRequest) -> dict[str, Any]:
     out = Path(request.out) if request.out is not None else None
     figure = Path(request.figure) if request.figure is not None else None
     _check_files(out, figure)
-    display = _display(request)
+    display = None
+    if request.display is not None:
+        display = open_display(request.display, changes=request.changes)
     backend = _backend(request, display)
     rate = PLAIN_RATE if display is None else display.rate
     if display is not None:
@@ -125,13 +127,6 @@ def _check_files(out: Path | None, figure: Path | None) -> None:
         raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
     for path in filter(None, (out, figure)):
         check_writable(path)
-
-
-def _display(request: StreamRequest) -> Display | None:
-    if request.display is None:
-        return None
-    display = open_display(request.display, changes=request.changes)
-    return display if request.equalise is None else equalised(display, on=request.equalise)
 
 
 def _backend(request: StreamRequest, display: Display | None) -> Backend:

@@ -30,23 +30,11 @@ MOST_TEXTURES = 16
 
 @dataclass(frozen=True)
 class TextureSettings:
-    """Settings by which sources become textures.
+    """Settings by which sources become textures for an engine at ``rate`` (Hz), in blocks of ``most`` samples.
 
-    Parameters
-    ----------
-    rate : float
-        Of the engine, Hz.
-    most : int
-        Samples in a block.
-    axes : str
-        How several axes become one: dft321, mean (of signals) or the name of one.
-    speed_mm_s : float, optional
-        Speed at which signals over time were recorded, or are generated.
-    along : {"path", "x", "y"}
-        What a surface is laid out over.
-    seconds : float, optional
-        Length of a generated signal; by default the model's own.
-    seed : int
+    ``axes`` is how several axes become one: dft321, mean (of signals) or the name of one; ``speed_mm_s`` that at which
+    signals over time were recorded, or are generated; ``along`` what a surface is laid out over; ``seconds`` the length
+    of a generated signal, by default the model's own.
     """
 
     rate: float

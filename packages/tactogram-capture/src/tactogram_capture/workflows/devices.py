@@ -1,6 +1,6 @@
 """Paths to devices, how each was tested, and a self-test that a user can run and report.
 
-`docs/devices.md` and the names of the self-test are made from `PATHS`.
+`docs/devices.md` and the names of the self-test are made from ``devices.toml``.
 """
 
 from __future__ import annotations
@@ -11,12 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
+from tactogram.rendering import opened_card
+from tactogram.text_files import read_toml
 from tactogram_capture.catalogue import SOURCES, find_devices
 
 State = Literal["works", "no hardware", "missing", "failed"]
@@ -41,64 +45,9 @@ class DevicePath:
     hardware: str = UNTOUCHED
 
 
-PATHS: tuple[DevicePath, ...] = (
-    DevicePath(
-        "serial",
-        "TWE-Lite receivers on a serial port",
-        "in",
-        "devices",
-        "a simulated receiver on a pseudo-terminal",
-    ),
-    DevicePath(
-        "serial",
-        "boards that send lines of numbers (Arduino, Teensy)",
-        "in",
-        "devices",
-        "pseudo-terminals and logs",
-    ),
-    DevicePath("lsl", "Lab Streaming Layer", "in", "lsl", "outlet and inlet in one process"),
-    DevicePath("daq", "National Instruments (NI-DAQmx)", "in", "daq", "a stand-in for its library"),
-    DevicePath("dwf", "Digilent oscilloscopes (WaveForms)", "in", "dwf", "a stand-in for its library"),
-    DevicePath(
-        "dwf",
-        "Digilent Analog Discovery as generator, envelope on its AM node",
-        "out",
-        "dwf",
-        "a stand-in for its library",
-    ),
-    DevicePath(
-        "audio", "audio inputs", "in", "devices", "a stand-in for its library; miniaudio's null input"
-    ),
-    DevicePath(
-        "audio",
-        "audio displays and actuators on a sound card",
-        "out",
-        "devices",
-        "a stand-in for PortAudio's library; miniaudio on its null device",
-    ),
-    DevicePath(
-        "null",
-        "a null sound card, no actuator connected (miniaudio)",
-        "out",
-        "devices",
-        "it is itself a simulation",
-    ),
-    DevicePath(
-        "",
-        "game engines over OSC",
-        "in and out",
-        "devices",
-        "a sender in Python over loopback; no game engine",
-    ),
-    DevicePath("mouse", "a mouse as a finger (Linux)", "in", "", "its bytes through a named pipe"),
-)
-
-
-ALSO = {
-    "digilent": "dwf",
-    "ni": "daq",
-    "twelite": "serial",
-}
+FILE = Path(__file__).with_suffix(".toml")
+PATHS = tuple(DevicePath(**path) for path in read_toml(FILE)["path"])
+ALSO = {"digilent": "dwf", "ni": "daq", "twelite": "serial"}
 """Names of sources and backends that share a self-test."""
 
 
@@ -147,28 +96,6 @@ def try_device(name: str) -> dict[str, Any]:
 
 
 ProbeResult = tuple[State, str, dict[str, Any]]
-
-
-def _serial() -> ProbeResult:
-    ports = imported("serial.tools.list_ports", extra="devices", what="boards on a serial port")
-    serial = imported("serial", extra="devices", what="boards on a serial port")
-    with device_errors("serial:loop"):
-        looped = serial.serial_for_url("loop://", timeout=1)
-        looped.write(b":80000000\r\n")
-        back = looped.read(11)
-        looped.close()
-    found = [{"port": p.device, "is": p.description} for p in ports.comports()]
-    facts = {"loop": back == b":80000000\r\n", "ports": found}
-    if not facts["loop"]:
-        return "failed", "bytes written to the library's own loop did not come back", facts
-    if not found:
-        return (
-            "no hardware",
-            "the library works; no serial port found: plug the receiver or board in",
-            facts,
-        )
-    names = ", ".join(port["port"] for port in found)
-    return "works", f"the library works; ports: {names}; read one with tactogram capture", facts
 
 
 def _lsl() -> ProbeResult:
@@ -235,47 +162,27 @@ def _audio() -> ProbeResult:
 
 def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
     """Play silence through miniaudio, on its null device or a real one."""
-    miniaudio = imported("miniaudio", extra="devices", what="the null and audio backends")
     calls: list[int] = []
 
-    def frames() -> Any:
-        count = yield b""
-        while True:
-            calls.append(count)
-            count = yield bytes(4 * count)
+    def silence(frames: int) -> NDArray[np.float32]:
+        calls.append(frames)
+        return np.zeros((frames, 1), np.float32)
 
+    missing = f"no audio output was found by miniaudio, and {because or 'nothing else was tried'}"
     try:
-        with silenced():
-            device = miniaudio.PlaybackDevice(
-                output_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=1,
-                sample_rate=8000,
-                buffersize_msec=5,
-                backends=[miniaudio.Backend.NULL] if null else None,
-            )
-    except miniaudio.MiniaudioError:
-        return (
-            "no hardware",
-            f"no audio output was found by miniaudio, and {because or 'nothing else was tried'}",
-            {},
-        )
-    backend = str(device.backend)
-    if not null and "null" in backend.lower():
-        device.close()
-        return "no hardware", f"no audio output was found: miniaudio has only its null device ({because})", {}
-    source = frames()
-    next(source)
-    begun = time.perf_counter()
-    device.start(source)
-    time.sleep(0.5)
-    device.stop()
-    seconds = time.perf_counter() - begun
-    device.close()
+        with opened_card(silence, rate=8000, channels=1, buffer_ms=5, null=null) as card:
+            begun = time.perf_counter()
+            card.start()
+            time.sleep(0.5)
+            card.stop()
+            seconds = time.perf_counter() - begun
+    except DeviceError:
+        return "no hardware", missing, {}
     facts = {"calls": len(calls), "frames_per_call": float(np.mean(calls)) if calls else 0.0}
     facts["pace"] = sum(calls) / 8000 / seconds
     if not calls:
         return "failed", "the device opened and never requested samples", facts
-    line = f"{backend}: requested {len(calls)} times {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
+    line = f"{card.backend}: requested {len(calls)} times {facts['frames_per_call']:.0f} frames in {seconds:.2f} s"
     return "works", f"{line}; silence was played" + (", no actuator connected" if null else ""), facts
 
 
@@ -298,7 +205,7 @@ def _mouse() -> ProbeResult:
 
 
 _TESTS: dict[str, Callable[[], ProbeResult]] = {
-    "serial": _serial,
+    "serial": partial(_source, "serial"),
     "lsl": _lsl,
     "daq": partial(_source, "ni"),
     "dwf": partial(_source, "digilent"),

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
-from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 STRONGEST = 255

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from tactogram.rendering.files.analysis import HIGHEST_HZ
+from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import Events, Part
-from tactogram.rendering.files.format import HapticFormat
 from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 LONGEST_MS = 5000

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import (
     JUMP_S,
@@ -26,7 +27,6 @@ from tactogram.rendering.files.events import (
     joined,
     voices,
 )
-from tactogram.rendering.files.format import HapticFormat
 
 AMPLITUDE_STEP, FREQUENCY_STEP_HZ = 0.005, 2.0
 """Largest deviation of the file's lines from the vibration."""

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, in_order
 from tactogram.rendering.files.events import (
     PULSE_S,
@@ -21,7 +22,6 @@ from tactogram.rendering.files.events import (
     bends,
     densified,
 )
-from tactogram.rendering.files.format import HapticFormat
 
 SPAN = FrequencySpan(55.0, 200.0)
 AMPLITUDE_STEP, FREQUENCY_STEP = 0.005, 0.02

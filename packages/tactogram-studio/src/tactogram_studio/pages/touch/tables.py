@@ -20,7 +20,6 @@ from tactogram.rendering import (
     OVERSAMPLED,
     Along,
     ContactSettings,
-    Display,
     Engine,
     Level,
     NoiseTable,
@@ -30,6 +29,7 @@ from tactogram.rendering import (
     SurfaceTexture,
     TextureTable,
     combined,
+    copy_count,
     looped,
     open_display,
     strength,
@@ -162,7 +162,8 @@ def table_of_signal(
         raise ParameterError(
             f"axes must combine several axes into one, got {axes!r}; use dft321, mean or an axis's name"
         )
-    most = MOST_NODES // (OVERSAMPLED * _copies(one, rate, speed_mm_s))
+    copies = copy_count(one.rate / (speed_mm_s or 1.0), rate)
+    most = MOST_NODES // (OVERSAMPLED * copies)
     if len(one) > most:
         notes.append(f"only its first {100 * most / len(one):.0f} %: the rest is too long to send")
         one = one.cut(0, most)
@@ -246,20 +247,8 @@ def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.fl
     phone = open_display(PHONE)
     # Far enough below full drive that nothing is limited.
     gain = 0.25 / float(np.abs(loop.samples).max())
-    found = strength(over_time, _phone_settings(phone), display=phone, level=Level("gain", gain))
+    found = strength(over_time, phone.settings_as(StrengthSettings), display=phone, level=Level("gain", gain))
     return (found.share / gain).astype(np.float32), texture.length_mm / len(found.share)
-
-
-def _phone_settings(phone: Display) -> StrengthSettings:
-    if not isinstance(phone.settings, StrengthSettings):
-        raise ParameterError(f"{phone.name}: expected a display of strengths, got {phone.family}")
-    return phone.settings
-
-
-def _copies(signal: Signal, rate: float, speed_mm_s: float | None) -> int:
-    """Return the number of copies that `SurfaceTexture` makes."""
-    per_mm = signal.rate if speed_mm_s is None else signal.rate / speed_mm_s
-    return 2 + max(0, int(np.ceil(2 * np.log2(1000.0 * per_mm / rate))))
 
 
 def _followed(

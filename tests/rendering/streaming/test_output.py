@@ -27,14 +27,13 @@ from tactogram.rendering.streaming.backends import (
     uninterrupted,
 )
 from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.latency import Durations
-from tactogram.rendering.streaming.output import DisplayOutput
+from tactogram.rendering.streaming.output import DisplayOutput, Stream
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
-from tactogram.rendering.streaming.simulated_hand import HandSettings, SimulatedHand
-from tactogram.rendering.streaming.stream import Stream
+from tactogram.rendering.streaming.simulated_hand import SimulatedHand
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
+from tactogram.rendering.streaming.timing import Durations
 from tactogram.signal import Signal
 
 RATE, MOST = 8000.0, 40
@@ -374,7 +373,7 @@ def test_durations_have_quantiles_to_a_percent():
 
 
 def test_a_simulated_hand_strokes_rests_and_lifts():
-    hand = SimulatedHand(20, seed=3, settings=HandSettings(noise_mm=0))
+    hand = SimulatedHand(20, seed=3, noise_mm=0)
     samples = hand.poll(20.0)
     places = np.array([(s.time_s, s.x_mm) for s in samples if s.x_mm == s.x_mm])
     forces = np.array([s.force_n for s in samples if s.force_n == s.force_n])
@@ -384,7 +383,7 @@ def test_a_simulated_hand_strokes_rests_and_lifts():
     assert 100 < speed.max() < 1.875 * 120 / 0.4 + 400
     assert 0.02 < np.mean(forces == 0) < 0.5
     assert 0.3 < forces[forces > 0].mean() < 0.9
-    again = SimulatedHand(20, seed=3, settings=HandSettings(noise_mm=0)).poll(20.0)
+    again = SimulatedHand(20, seed=3, noise_mm=0).poll(20.0)
     assert repr(again) == repr(samples)
 
 

@@ -1,29 +1,26 @@
-"""Electrovibration under a moving finger, block by block: position in, voltage out, zero when the finger is lost."""
+"""Electrovibration displays: files by `rendering.drive.electrovibration`, and streams, zero when the finger is lost."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tactogram.errors import ParameterError
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.modulation import limited
-from tactogram.rendering.drive.path_playback import PathPlayback
-from tactogram.rendering.families.electrovibration.friction import (
+from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
+from tactogram.rendering.drive.electrovibration import (
     HIGHEST_HZ,
     Settings,
+    drive,
     friction_target,
     voltage,
 )
+from tactogram.rendering.drive.modulation import limited
+from tactogram.rendering.drive.path_playback import PathPlayback
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
-
-if TYPE_CHECKING:
-    from tactogram.rendering.streaming.finger_path import MotionBlock
-    from tactogram.rendering.streaming.surface import SurfaceTexture
 
 
 class ElectrovibrationStream:
@@ -31,7 +28,7 @@ class ElectrovibrationStream:
 
     The scaling is determined in advance from the whole texture; ``facts`` holds that of `friction_target`. The
     ``rate`` (Hz) must be above twice the carrier for a waveform, above twice ``highest_hz`` for an envelope.
-    ``outside`` is as in `PathPlayback`, ``level`` as in `drive`.
+    ``level`` is as in `drive`.
     """
 
     def __init__(
@@ -42,18 +39,13 @@ class ElectrovibrationStream:
         rate: float,
         level: Level,
         highest_hz: float = HIGHEST_HZ,
-        outside: Literal["mirror", "hold"] = "mirror",
     ) -> None:
         settings.check_rate(rate, highest_hz)
         target, facts, sentences = friction_target(texture, settings, level)
         self.facts: dict[str, Any] = {**facts, **sentences}
         self.settings, self.rate = settings, float(rate)
         self._playback = PathPlayback(
-            target,
-            rate=rate,
-            highest_hz=highest_hz,
-            hysteresis_mm=settings.hysteresis_mm,
-            outside=outside,
+            target, rate=rate, highest_hz=highest_hz, hysteresis_mm=settings.hysteresis_mm
         )
         self._slew = settings.slew_v_per_s / rate
         self._release = 1 / max(1.0, settings.release_s * rate)
@@ -86,10 +78,7 @@ class ElectrovibrationStream:
             step = self._release if alive[i] else -self._release
             self._gain = min(max(self._gain + step, 0.0), 1.0)
             envelope[i] = self._amplitude * self._gain
-        samples = envelope
-        if self.settings.output == "waveform":
-            at = (self._count + np.arange(length)) * (self.settings.carrier_hz / self.rate)
-            samples = envelope * np.sin(2 * np.pi * (at % 1.0))
+        samples = self.settings.output_of(envelope, self.rate, first=self._count)
         self._count += length
         return limited(samples / self.settings.amplifier_gain, self.settings.peak_v)
 
@@ -106,19 +95,14 @@ class SurfaceStream:
     the transients of landings, which are no friction. Beyond the surface's ends it is mirrored.
     """
 
-    delay_s = 0.0
     runs_on = True
 
-    def __init__(self, display: Display, surface: SurfaceTexture, level: Level) -> None:
-        settings = display.settings
-        if not isinstance(settings, Settings):
-            raise ParameterError(
-                f"{display.name}: expected an electrovibration display, got {display.family}"
-            )
+    def __init__(self, display: Display, surface: Signal, along: str, level: Level) -> None:
+        settings = display.settings_as(Settings)
         display.check_volts(settings.peak_v, lower="v_max")
-        self._along = surface.along
+        self._along = along
         self._stream = ElectrovibrationStream(
-            surface.signal,
+            surface,
             settings,
             rate=display.rate,
             level=level,
@@ -137,3 +121,19 @@ class SurfaceStream:
     def facts(self) -> dict[str, Any]:
         """Return what was scaled, clipped and unreachable for the whole surface."""
         return {"fitted": self._stream.facts}
+
+
+FAMILY = DisplayFamily(
+    name="electrovibration",
+    settings=Settings,
+    drive=drive,
+    renders="friction",
+    stream_surface=SurfaceStream,
+    measured_by="`tactogram calibrate` fits it to a person",
+    calibrated=True,
+    hazard=(
+        "A voltage touches a person, up to {peak:.3g} V here: play it only through an amplifier that limits the "
+        "current. Limits in software do not replace one."
+    ),
+    close_up_s=0.05,
+)

@@ -25,9 +25,8 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.carrier import CarrierSettings
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.modulation import limited, shaped
+from tactogram.rendering.drive.modulation import CarrierSettings, limited, shaped
 from tactogram.rendering.drive.report import percent
 from tactogram.rendering.level import Level
 from tactogram.signal.resampling import resample
@@ -157,17 +156,14 @@ def friction_target(
     clipped: list[str] = []
     unreachable: list[str] = []
     facts: dict[str, Any] = {
-        "newton_per_v2": s.newton_per_v2,
+        **{
+            name: getattr(s, name)
+            for name in ("newton_per_v2", "mu_0", "mu_max", "normal_force_n", "perceptual_gain")
+        },
+        **dict.fromkeys(("shift", "below_share", "beyond_share"), 0.0),
         "calibrated_by": s.calibrated_by or None,
-        "mu_0": s.mu_0,
-        "mu_max": s.mu_max,
-        "normal_force_n": s.normal_force_n,
-        "perceptual_gain": s.perceptual_gain,
         "mu_wanted": None,
-        "shift": 0.0,
         "increase_scaled_by": 1.0,
-        "below_share": 0.0,
-        "beyond_share": 0.0,
     }
     if level.kind == "peak":
         gain, offset = _to_range(mu, s, float(level.value or 1.0))

@@ -1,4 +1,4 @@
-"""Writer of HJIF documents: waveforms as dense curves, events as waves and transients.
+"""HJIF, the JSON form of MPEG's haptics (ISO/IEC 23090-31), which holds waveforms and events.
 
 A signal is written as one Curve band per axis, of type Linear, with a tick per sample and a keyframe per sample, in
 one effect at position 0: since ticks are samples, nothing is interpolated. Samples on the line between their
@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files.documents import DocumentHeader
+from tactogram.rendering.files.catalogue import HapticFormat
+from tactogram.rendering.files.documents import DocumentHeader, has_key
 from tactogram.rendering.files.events import Events, Part, bends
-from tactogram.rendering.files.formats.hjif.reading import TRANSIENT_S
-from tactogram.rendering.files.formats.hjif.rules import MOST_TICKS
+from tactogram.rendering.files.hjif_reading import MODALITIES, MOST_TICKS, TRANSIENT_S, decode
 from tactogram.signal import Signal
 
 HIGHEST_RATE = 8000.0
@@ -158,3 +158,18 @@ def _keyframe(
 
 def _ticks(seconds: float) -> int:
     return round(TICKS * seconds)
+
+
+FORMAT = HapticFormat(
+    name="hjif",
+    title="HJIF (MPEG)",
+    suffix=".hjif",
+    holds="waveform",
+    encode=encode,
+    encode_waveform=encode_waveform,
+    decode=decode,
+    recognise=has_key("perceptions"),
+    instead=".wav",
+    modalities=MODALITIES,
+    highest_rate=HIGHEST_RATE,
+)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tactogram.rendering.streaming.block_clock import BlockClock
+from tactogram.rendering.streaming.timing import BlockClock
 
 LENGTH = 0.005
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.figures import drive_figure
 from tactogram.rendering.drive.fit import fit
+from tactogram.rendering.figures import drive_figure
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 
