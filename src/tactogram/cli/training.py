@@ -200,7 +200,7 @@ def _compare(request: _CompareRequest, show: Printer) -> None:
 
 
 def _import(request: _UnpackRequest, show: Printer) -> None:
-    from tactogram.workflows.training.importing import import_from
+    from tactogram.workflows.training.hub_folder import import_from
 
     show(facts := import_from(request.source, request.out), lines_of(facts))
 

@@ -188,14 +188,9 @@ class ConversionRequest(SignalOptions):
 
 @dataclass(frozen=True)
 class DataExportRequest(Request):
-    """A store to write in the layout of the Hugging Face Hub's data sets, or of LeRobot."""
+    """A store to write as a data set of the Hugging Face Hub."""
 
     path: Annotated[Path | str, Argument(metavar="DIR")]
     _: KW_ONLY
     out: Annotated[Path | str, Option("new folder", "FOLDER")]
-    to: Annotated[Literal["hub", "lerobot"], Option("hub: a row per recording; lerobot: a row per frame")] = (
-        "hub"
-    )
-    fps: Annotated[int | None, Option("lerobot: frames per second (default: 50)", "N", least=1)] = None
     push: Annotated[str | None, Option("also upload it, e.g. as lab/cork", "REPO")] = None
-    progress: ProgressCallback = silent
