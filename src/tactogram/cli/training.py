@@ -90,8 +90,8 @@ def _train(request: _TrainRequest, show: Printer) -> None:
         return
     facts = run.facts()
     validation, notes = facts["validation"], facts.get("notes", [])
-    result = {"run": run.place, "run_id": run.data["run_id"], "validation": validation, "notes": notes}
-    lines = [f"run: {run.place}"]
+    result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": validation, "notes": notes}
+    lines = [f"run: {run.folder}"]
     if validation:
         lines.append("validation: " + ", ".join(f"{name} {value:.3f}" for name, value in validation.items()))
     show(result, "\n".join([*lines, *(f"note: {note}" for note in notes)]))

@@ -59,19 +59,19 @@ def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()
 
 def _opened(run: Path | str) -> Run:
     # Loads torch, which pages and a table without runs do not need.
-    from tactogram.training.remote_run import open_run
+    from tactogram.training.run import open_run
 
     return open_run(run)
 
 
 def _of_run(run: Run) -> Iterator[dict[str, Any]]:
     if not (run.folder / "evaluation.json").is_file():
-        raise RunError(f"{run.place}: was not evaluated: tactogram evaluate {run.place}")
+        raise RunError(f"{run.folder}: was not evaluated: tactogram evaluate {run.folder}")
     evaluation = run.read_json("evaluation.json")
     data = evaluation.get("data") or {}
     name = f"{data.get('name', '')}{' (simulated)' if data.get('simulated') else ''}"
     for what, value in evaluation_results(evaluation).items():
         result = PublishedResult(
-            what=what, ours=value, data=name, split=str(data.get("split", "")), note=run.place
+            what=what, ours=value, data=name, split=str(data.get("split", "")), note=str(run.folder)
         )
         yield {"model": run.recipe.model, **result.model_dump()}

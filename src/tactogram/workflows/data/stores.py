@@ -6,7 +6,6 @@ from collections import Counter
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from tactogram.datasets import (
@@ -57,8 +56,7 @@ def list_sets() -> dict[str, Any]:
 def import_store(request: ImportRequest) -> dict[str, Any]:
     """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned.
 
-    If ``out`` is a URL, the store is written to the system's temporary folder and copied from there. With ``preview``
-    nothing but the file ``save_mapping`` is written, and the result is that of
+    With ``preview`` nothing but the file ``save_mapping`` is written, and the result is that of
     `tactogram.datasets.preview.preview_dataset` with ``mapping`` (the file written, if any) and ``unused_layouts``
     (columns of layouts in ``mapping`` that no file has).
     """
@@ -68,17 +66,10 @@ def import_store(request: ImportRequest) -> dict[str, Any]:
         raise ParameterError("save_mapping must come with `preview`")
     if request.out is None:
         raise ParameterError("out must be given, except with `preview`")
-    if not is_remote(request.out):
-        return _import_to(Path(request.out), request)
-    with TemporaryDirectory(prefix="tactogram-import-") as folder:
-        report = _import_to(Path(folder) / "store", request)
-        copied = copy_store(
-            Path(folder) / "store", request.out, progress=partial(request.progress, "copying")
+    if is_remote(request.out):
+        raise ParameterError(
+            f"out must be a folder, got {request.out}; `tactogram data copy` the store there afterwards"
         )
-    return report | {"out": str(copied.path)}
-
-
-def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
     path = Path(request.path)
     read: Reader = read_all
     if request.on:
@@ -86,7 +77,7 @@ def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
     return import_dataset(
         request.set_name,
         path,
-        out,
+        Path(request.out),
         options=_options(request),
         skip_bad=request.skip_bad,
         workers=request.workers,

@@ -196,7 +196,7 @@ class StudyStimuli:
             return True
         if not (runs := [name for name in (stimulus.run, stimulus.image_run) if name]):
             return False
-        from tactogram.training.remote_run import open_run  # loads torch
+        from tactogram.training.run import open_run  # loads torch
 
         return any(open_run(self._run(name)).kind().simulated for name in runs)
 

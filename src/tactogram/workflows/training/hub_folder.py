@@ -15,8 +15,7 @@ from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
 from tactogram.signal.io.atomic import write_text
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.workflows import hub
 from tactogram.workflows.evaluation_results import evaluation_results
 from tactogram.workflows.new_folder import new_folder

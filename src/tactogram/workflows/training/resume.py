@@ -9,8 +9,7 @@ from typing import Any
 from tactogram import models
 from tactogram.datasets import Split, open_store
 from tactogram.errors import DataError, RunError
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
@@ -65,10 +64,10 @@ def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence
     try:
         store = open_store(path)
     except DataError as error:
-        raise RunError(f"{run.place}: its data is not at {path}; give `data`: {error}") from error
+        raise RunError(f"{run.folder}: its data is not at {path}; give `data`: {error}") from error
     if store.sha256 != begun["sha256"]:
         raise RunError(
-            f"{run.place}: {path} has changed since the run began; give the unchanged data set as `data`, "
+            f"{run.folder}: {path} has changed since the run began; give the unchanged data set as `data`, "
             "or start another run"
         )
     folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
@@ -86,7 +85,7 @@ def _recorded(run: Run) -> tuple[dict[str, Any], Split]:
     missing += [] if split.is_file() else [split.name]
     if missing:
         raise RunError(
-            f"{run.place}: does not record its request (no {', '.join(missing)}); continue it with `tactogram train "
-            f"{run.recipe.model} --data DIR … --out {run.place} --resume` and the original arguments"
+            f"{run.folder}: does not record its request (no {', '.join(missing)}); continue it with `tactogram train "
+            f"{run.recipe.model} --data DIR … --out {run.folder} --resume` and the original arguments"
         )
     return begun, Split.load(split)

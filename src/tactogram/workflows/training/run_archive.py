@@ -9,8 +9,7 @@ from typing import Any
 
 from tactogram.errors import RunError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.workflows.new_folder import new_folder
 
 LEFT_OUT = {"checkpoint.safetensors"}

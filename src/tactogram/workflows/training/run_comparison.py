@@ -8,8 +8,7 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.recipe import dotted
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
 
 OMITTED = ("model", "seed")
@@ -21,7 +20,7 @@ def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
 
     Parameters
     ----------
-    runs : sequence of path or URL
+    runs : sequence of path
         Two or more, finished or not.
 
     Returns
@@ -47,7 +46,7 @@ def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
     results = [_results(run, evaluation) for run, evaluation in zip(opened, evaluations, strict=True)]
     names = dict.fromkeys(name for found in results for name in found)
     return {
-        "runs": [run.place for run in opened],
+        "runs": [str(run.folder) for run in opened],
         "facts": _facts(opened, evaluations),
         "settings": {
             key: [values[key] for values in settings]

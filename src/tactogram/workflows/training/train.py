@@ -32,8 +32,7 @@ from tactogram.training.device import chosen_precision, make_fabric, memory_chec
 from tactogram.training.loggers import TrainingLogger, check_logger, make_logger
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
 from tactogram.training.processes import ALONE, Processes, devices_and_nodes
-from tactogram.training.remote_run import run_at
-from tactogram.training.run import Run
+from tactogram.training.run import Run, run_at
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.known_photographs import save_photographs
@@ -287,7 +286,7 @@ def run_training(
             processes.barrier()
             raise StoppedError(
                 f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
-                f"{run.place}: `tactogram train --resume {run.place}` continues it"
+                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
             )
 
     fit(learner, examples, seed=recipe.seed, start=start, processes=processes, on_step=on_step)
