@@ -9,8 +9,7 @@ from typing import Annotated
 from tactogram.cli.printing import Printer, columns, lines_of, text_of
 from tactogram.cli.verbs import Verb
 from tactogram.errors import ParameterError
-from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.worker_options import ON
+from tactogram.workflows.request import ON, Argument, Option, Request
 
 WORK = "runs/benchmark"
 

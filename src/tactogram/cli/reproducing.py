@@ -7,8 +7,7 @@ from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, terminal_width, text_of
 from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.worker_options import ON
+from tactogram.workflows.request import ON, Argument, Option, Request
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from tactogram.cli.printing import Printer, accuracies, columns, lines_of, text_
 from tactogram.cli.stopping import catch_stop_signals
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import EvaluationRequest
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.request import SWEEP_ON, Argument, Option, Request
 from tactogram.workflows.training.requests import (
     CrossvalRequest,
     ExportRequest,
@@ -16,7 +16,6 @@ from tactogram.workflows.training.requests import (
     Purpose,
     TrainingRequest,
 )
-from tactogram.workflows.worker_options import SWEEP_ON
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.request import ON, Argument, Option, Request
 from tactogram.workflows.signal_options import SignalOptions
-from tactogram.workflows.worker_options import ON
 
 _WORKERS = Option("processes (default: all cores)", least=1)
 

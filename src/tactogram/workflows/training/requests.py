@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.worker_options import ON, PROCESSES
+from tactogram.workflows.request import ON, PROCESSES, Argument, Option, Request
 
 if TYPE_CHECKING:
     from tactogram.datasets import Label

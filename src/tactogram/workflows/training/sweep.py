@@ -26,7 +26,7 @@ from tactogram.workflows.training.requests import TrainingRequest, never
 from tactogram.workflows.training.search_space import Dimension, SearchSpace
 from tactogram.workflows.training.train import steps_done, train, training_material
 from tactogram.workflows.workers import absolute
-from tactogram.workflows.workers.outcome import one_thread
+from tactogram.workflows.workers.one_task import one_thread
 from tactogram.workflows.workers.ray_cluster import connected
 
 NINTHS, FACTOR = 9, 3
