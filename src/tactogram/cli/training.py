@@ -55,12 +55,12 @@ class _UnpackRequest(Request):
 
 @dataclass(frozen=True)
 class _CompareRequest(Request):
-    runs: Annotated[Sequence[str], Argument("folders or URLs of runs, two or more", "RUN")] = ()
+    runs: Annotated[Sequence[str], Argument("folders of runs, two or more", "RUN")] = ()
 
 
 def _train(request: _TrainRequest, show: Printer) -> None:
     from tactogram.datasets import open_store
-    from tactogram.training.processes import is_first_process
+    from tactogram.training.device import is_first_process
     from tactogram.workflows.training.model_choice import model_choice
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
@@ -80,7 +80,7 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     with catch_stop_signals() as stop, show.progress() as progress:
         values = vars(request) | {"progress": progress, "stop": stop}
         if request.resume:
-            names = ("data", "accelerator", "devices", "nodes", "logger", "model_folders", "progress", "stop")
+            names = ("data", "accelerator", "devices", "logger", "model_folders", "progress", "stop")
             run = resume(request.resume, **{name: values[name] for name in names})
         else:
             values = {name: value for name, value in values.items() if name not in ("purpose", "sweep", "on")}

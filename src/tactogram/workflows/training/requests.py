@@ -80,10 +80,9 @@ class ProcessOptions(TrainingOptions):
     devices: Annotated[
         int,
         Option(
-            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+            "processes of this machine, each with its own GPU, or on processors; a batch is divided among all"
         ),
     ] = 1
-    nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
     logger: Annotated[LoggerName | None, Option("also log losses and validation to it")] = None
 
 
