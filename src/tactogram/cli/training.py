@@ -179,12 +179,10 @@ def _export(request: ExportRequest, show: Printer) -> None:
 
 def _networks_text(facts: dict[str, Any]) -> str:
     """Return the files of networks, with how far onnxruntime is from the package."""
-    rows = [("network", "file", "KiB", "output", "largest difference", "of", "relative")]
+    rows = [("network", "file", "KiB", "output", "largest difference")]
     for name, each in facts["networks"].items():
-        for output, found in each["difference"].items():
-            size = f"{each['bytes'] / 1024:.0f}"
-            figures = (f"{found[key]:.2g}" for key in ("largest", "of", "relative"))
-            rows.append((name, each["file"], size, output, *figures))
+        for output, difference in each["difference"].items():
+            rows.append((name, each["file"], f"{each['bytes'] / 1024:.0f}", output, f"{difference:.1g}"))
     return f"{columns(rows)}\nfolder: {facts['folder']}"
 
 
