@@ -88,7 +88,7 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     if not is_first_process():
         return
     facts = run.facts()
-    validation, notes = facts["validation"], facts.get("notes", [])
+    validation, notes = facts["validation"], facts["notes"]
     result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": validation, "notes": notes}
     lines = [f"run: {run.folder}"]
     if validation:

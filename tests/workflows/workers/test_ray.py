@@ -7,18 +7,13 @@ import sys
 import tomllib
 from threading import Thread
 
-import numpy as np
 import psutil
 import pytest
 import worker_chores as chores
 
 from tactogram.cli import main
-from tactogram.datasets import open_store
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import run_tasks
@@ -94,18 +89,6 @@ def test_a_simulated_store_has_the_same_hash(on, tmp_path):
     here = simulate_to_store("surfaces", tmp_path / "here", workers=1, **options)
     there = simulate_to_store("surfaces", tmp_path / "there", on=on, **options)
     assert there["sha256"] == here["sha256"]
-
-
-def test_an_imported_store_has_the_same_hash(on, tmp_path):
-    rng = np.random.default_rng(3)
-    for name in ("cork/1", "cork/2", "tile/1"):
-        (tmp_path / "takes" / name).parent.mkdir(parents=True, exist_ok=True)
-        write_signal(tmp_path / "takes" / f"{name}.wav", Signal(rng.standard_normal((1, 800)), 2000, "m/s^2"))
-    options = {"options": {"unit": "m/s^2"}}
-    here = import_store("folder", tmp_path / "takes", tmp_path / "here", workers=1, **options)
-    there = import_store("folder", tmp_path / "takes", tmp_path / "there", on=on, **options)
-    assert open_store(there["out"]).sha256 == open_store(here["out"]).sha256
-    assert there["recordings"] == 3
 
 
 def test_cross_validation_has_the_same_figures(on, store, tmp_path):

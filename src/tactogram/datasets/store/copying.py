@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import pyarrow.fs as fs
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo, file_hash
-from tactogram.datasets.store.pending import part_folder
+from tactogram.datasets.store.pending import new_folder
 from tactogram.datasets.store.remote import RemotePath, arrow_place, errors, location
 from tactogram.datasets.store.store import Store, open_store
 from tactogram.errors import DataError
@@ -30,18 +29,8 @@ def copy_store(
     store, place = open_store(source), location(target)
     if _holds(place, store):
         return open_store(target)
-    folder = place
-    if isinstance(place, Path):
-        folder = part_folder(place)
-        folder.mkdir(parents=True)
-    try:
+    with new_folder(place) if isinstance(place, Path) else nullcontext(place) as folder:
         _copy_files(store, folder, progress)
-        if isinstance(folder, Path):
-            folder.rename(target)
-    except BaseException:
-        if isinstance(folder, Path):
-            shutil.rmtree(folder, ignore_errors=True)
-        raise
     return open_store(target)
 
 

@@ -23,17 +23,6 @@ from tactogram.errors import DataError, ParameterError, one_line
 _URL = re.compile(r"(?P<scheme>[a-z][a-z0-9+.-]+)://(?P<rest>.*)", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"://[^/]*@")
 
-REASONS = {
-    "NO_SUCH_BUCKET": "there is no such bucket",
-    "ACCESS_DENIED": "access is denied: give credentials in the environment (AWS_ACCESS_KEY_ID and "
-    "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE) that may read it",
-    "INVALID_ACCESS_KEY_ID": "the credentials are not valid (AWS_ACCESS_KEY_ID)",
-    "SIGNATURE_DOES_NOT_MATCH": "the credentials are not valid (AWS_SECRET_ACCESS_KEY)",
-    "NETWORK_CONNECTION|[Cc]ould(n't| not) connect|resolve host|[Tt]imed? ?out": "the server is unreachable: check the "
-    "network and AWS_ENDPOINT_URL",
-}
-"""What is said of an error whose message has a pattern."""
-
 BLOCK_BYTES, MOST_BLOCKS = 2**20, 64
 """Size of the blocks that are fetched, and how many are kept."""
 
@@ -112,33 +101,16 @@ class RemotePath:
 
 @contextmanager
 def errors(path: RemotePath) -> Iterator[None]:
-    """Turn the errors of a file system into one line; a missing file stays a FileNotFoundError.
-
-    Raises
-    ------
-    DataError
-        Naming ``path``, what is wrong and what to do.
-    """
+    """Turn the errors of a file system into a `DataError` that names ``path``; a FileNotFoundError stays one."""
     try:
         yield
     except FileNotFoundError:
-        bucket = path.path.partition("/")[0]
-        if not _exists(path.system, bucket):
-            raise DataError(f"{path}: there is no such bucket ({bucket})") from None
         raise
     except (OSError, pa.ArrowException) as error:
-        for pattern, reason in REASONS.items():
-            if re.search(pattern, str(error)):
-                raise DataError(f"{path}: {reason}") from error
-        raise DataError(f"{path}: {one_line(error)}") from error
-
-
-def _exists(system: fs.FileSystem, bucket: str) -> bool:
-    """Return whether there is a bucket; true if that cannot be found out."""
-    try:
-        return bool(system.get_file_info(bucket).type != fs.FileType.NotFound)
-    except (OSError, pa.ArrowException):
-        return True
+        raise DataError(
+            f"{path}: {one_line(error)}; check the address, the network and the credentials (AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE; AWS_ENDPOINT_URL)"
+        ) from error
 
 
 class BlockReader:

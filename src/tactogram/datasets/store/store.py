@@ -15,7 +15,7 @@ import numpy as np
 from tactogram.datasets.ratings.files import read_ratings
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
-from tactogram.datasets.store.arrays import StoreArrays, store_arrays
+from tactogram.datasets.store.arrays import StoreArrays, common_lengths, stacked
 from tactogram.datasets.store.index import places_of
 from tactogram.datasets.store.layout import (
     StoreInfo,
@@ -31,6 +31,7 @@ from tactogram.datasets.store.photographs import Photograph, PhotographFiles, im
 from tactogram.datasets.store.remote import BlockReader, RemotePath, location, readable
 from tactogram.datasets.store.shard_reading import Shard
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 
 
@@ -229,7 +230,18 @@ class Store:
         ParameterError
             If the recordings differ in length, rate or axes, or there is no such stream or field.
         """
-        return store_arrays(self, stream, seconds=seconds, by=by)
+        if by not in RecordingInfo.__dataclass_fields__:
+            raise ParameterError(
+                f"by must be a field of the recordings, such as session or subject, got {by!r}"
+            )
+        stream = stream or Preparation().stream_of(list(self.streams))
+        if stream not in self.streams:
+            raise ParameterError(f"stream must be one of {', '.join(self.streams)}, got {stream!r}")
+        infos = [info for info in self.index if stream in self.streams_of(info.id)]
+        held = [self.length(info.id, stream) for info in infos]
+        lengths = common_lengths(held, [self.rate(info.id, stream) for info in infos], seconds)
+        signals = [self.signal(info.id, stream, stop=n) for info, n in zip(infos, lengths, strict=True)]
+        return stacked(infos, signals, by)
 
     def image(self, id: str) -> Image | None:
         """Return the photograph of one recording, or None."""

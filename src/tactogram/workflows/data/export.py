@@ -14,11 +14,11 @@ import pyarrow.parquet as pq
 
 from tactogram.datasets import Store, open_store
 from tactogram.datasets.store.layout import StoredFile, schema
+from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows import hub
 from tactogram.workflows.data.requests import DataExportRequest
-from tactogram.workflows.new_folder import new_folder
 from tactogram.workflows.request import takes
 
 LICENCES = re.compile(r"(cc0|cc-by[a-z-]*|mit|apache|odc-by|odbl|bsd[a-z0-9-]*)(-[0-9.]+)?")

@@ -38,7 +38,6 @@ class ImportRequest(Request):
         Option("facts that the files do not state, e.g. rate=1000", "KEY=VALUE", "--set"),
     ] = None
     workers: Annotated[int | None, _WORKERS] = None
-    on: Annotated[str, ON] = ""
     progress: ProgressCallback = silent
 
 

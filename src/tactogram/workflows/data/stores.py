@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Generator, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -18,23 +17,21 @@ from tactogram.datasets import (
     materials_without_recordings,
     open_store,
 )
-from tactogram.datasets.importer import ImportItem, importers
+from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.mapping import read_mapping, write_mapping
 from tactogram.datasets.preview import preview_dataset, proposed_layouts
 from tactogram.datasets.rates import CommonRates
-from tactogram.datasets.reading import Reader, Reading, read_all, read_item
 from tactogram.datasets.recording import FileReading
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
 from tactogram.datasets.store.store import problems
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
 from tactogram.signal.io.writable import check_writable
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
-from tactogram.workflows.workers import in_order, run_tasks
 
 
 def list_sets() -> dict[str, Any]:
@@ -71,46 +68,15 @@ def import_store(request: ImportRequest) -> dict[str, Any]:
         raise ParameterError(
             f"out must be a folder, got {request.out}; `tactogram data copy` the store there afterwards"
         )
-    path = Path(request.path)
-    read: Reader = read_all
-    if request.on:
-        path, read = path.absolute(), partial(_read_on, request.on)
     return import_dataset(
         request.set_name,
-        path,
+        Path(request.path),
         Path(request.out),
         options=_options(request),
         skip_bad=request.skip_bad,
         workers=request.workers,
-        read=read,
         progress=partial(request.progress, "reading"),
     )
-
-
-def _read_on(
-    on: str,
-    importer_name: str,
-    items: Sequence[ImportItem],
-    workers: int | None,
-    progress: Callable[[int, int], None],
-) -> Generator[tuple[ImportItem, Reading]]:
-    """Yield each item as `read_all` does, read on Ray, whose nodes share the folder."""
-    tasks = list(enumerate(items))
-    outcomes = run_tasks(partial(_read, importer_name), tasks, on=on, name=_name, processes=workers or 1)
-    for done, outcome in enumerate(in_order(outcomes), start=1):
-        item = outcome.task[1]
-        if outcome.value is None:
-            raise DataError(f"{item.name}: {outcome.error}")
-        yield item, outcome.value
-        progress(done, len(items))
-
-
-def _read(importer_name: str, task: tuple[int, ImportItem]) -> Reading:
-    return read_item(importer_name, task[1])
-
-
-def _name(task: tuple[int, ImportItem]) -> str:
-    return task[1].name
 
 
 def _options(request: ImportRequest) -> dict[str, Any]:
@@ -121,8 +87,6 @@ def _options(request: ImportRequest) -> dict[str, Any]:
 
 
 def _preview(request: ImportRequest) -> dict[str, Any]:
-    if request.on:
-        raise ParameterError("on must be omitted with `preview`, which reads on this machine")
     saved = None if request.save_mapping is None else Path(request.save_mapping)
     if saved is not None:
         if saved.exists():

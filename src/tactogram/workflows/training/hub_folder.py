@@ -11,14 +11,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
 from tactogram.signal.io.atomic import write_text
 from tactogram.training.run import Run, open_run
 from tactogram.workflows import hub
-from tactogram.workflows.evaluation_results import evaluation_results
-from tactogram.workflows.new_folder import new_folder
+from tactogram.workflows.table import evaluation_results
 from tactogram.workflows.training import known_photographs
 from tactogram.workflows.training.loaded_run import model_of
 from tactogram.workflows.training.run_archive import check_foreign, import_run

@@ -10,12 +10,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import ParameterError, RunError, one_line
 from tactogram.extras import imported
 from tactogram.model import ExportedNetwork, NetworkExporter, SignalKind
 from tactogram.model.exported import Port
 from tactogram.signal.io.atomic import write_text
-from tactogram.workflows.new_folder import new_folder
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import load_run
 

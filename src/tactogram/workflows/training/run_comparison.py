@@ -9,7 +9,7 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.recipe import dotted
 from tactogram.training.run import Run, open_run
-from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
+from tactogram.workflows.table import evaluation_results, numbers_of
 
 OMITTED = ("model", "seed")
 """Settings with a row of their own."""

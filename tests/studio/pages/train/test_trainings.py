@@ -26,8 +26,8 @@ from tactogram.studio.pages.train.run_summary import run_summary
 from tactogram.studio.pages.train.trainings import StudioTask, TaskQueue, command_line, free_name
 from tactogram.studio.pages.train.widgets import state_of
 from tactogram.studio.workspace.folder import Workspace
-from tactogram.workflows.evaluation_results import evaluation_results
 from tactogram.workflows.generation.preview import sample, sample_choices
+from tactogram.workflows.table import evaluation_results
 from tactogram.workflows.training.compatibility import check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
 from tactogram.workflows.training.requests import TrainingRequest

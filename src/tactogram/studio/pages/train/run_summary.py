@@ -10,7 +10,7 @@ from typing import Any
 
 from tactogram.errors import DataError
 from tactogram.text_files import read_json, read_toml
-from tactogram.workflows.evaluation_results import evaluation_results, numbers_of
+from tactogram.workflows.table import evaluation_results, numbers_of
 from tactogram.workflows.training.run_lock import is_training
 
 
