@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 from tactogram.datasets import Store, open_store
 from tactogram.datasets.store.layout import StoredFile, schema
 from tactogram.datasets.store.pending import new_folder
+from tactogram.datasets.store.remote import arrow_place
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows import hub
@@ -61,11 +62,8 @@ def export_store(request: DataExportRequest) -> dict[str, Any]:
 
 def _dataset(store: Store, *files: StoredFile, schema: pa.Schema = None) -> ds.Dataset:
     """Return files of a store; columns of ``schema`` that a file lacks are null."""
-    paths = [store.folder / stored.file for stored in files]
-    system = getattr(store.folder, "system", None)  # of a URL
-    return ds.dataset(
-        [str(path) if system is None else path.path for path in paths], schema=schema, filesystem=system
-    )
+    system, folder = arrow_place(store.folder)
+    return ds.dataset([f"{folder}/{stored.file}" for stored in files], schema=schema, filesystem=system)
 
 
 def _write_recordings(store: Store, folder: Path) -> None:

@@ -80,7 +80,7 @@ def export_network(network: ExportedNetwork, file: Path) -> dict[str, Any]:
         for port in network.inputs.values()
     )
     with _quiet(), torch.no_grad():
-        program = torch.onnx.export(
+        program: Any = torch.onnx.export(
             network.network,
             example,
             dynamo=True,

@@ -272,8 +272,7 @@ def run_training(
         if logger is not None and due:
             values = {f"{stage.name}/{name}": value for name, value in losses.items()}
             logger.log_metrics(values, step=steps_done(stages, position))
-        first = run is not None and fabric.is_global_zero
-        if first:
+        if run is not None and fabric.is_global_zero:
             if due:
                 run.log(position, losses)
             if position.step % every.checkpoint_every == 0 or last:
@@ -281,7 +280,7 @@ def run_training(
         note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
         progress(f"{task}{stage.name}", position.step, stage.steps, note)
         if run is not None and fabric.broadcast(stop()):
-            if first:
+            if fabric.is_global_zero:
                 run.save_checkpoint(learner, position)
             fabric.barrier()
             raise StoppedError(
