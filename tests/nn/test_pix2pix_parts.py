@@ -9,8 +9,8 @@ from torch import nn
 
 from tactogram.errors import ParameterError
 from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_loss
-from tactogram.nn.conditional_batch_norm import ConditionalBatchNorm
 from tactogram.nn.initial_weights import normal_
+from tactogram.nn.label_layers import ConditionalBatchNorm
 from tactogram.nn.patch_discriminator import MultiScaleDiscriminator, PatchDiscriminator
 from tactogram.nn.unet import UNet
 

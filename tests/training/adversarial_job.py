@@ -1,4 +1,4 @@
-"""Training of a small GAN in double precision, for test_processes.py; torchrun runs this."""
+"""Training of a small GAN in double precision, for test_several_processes.py, which runs this."""
 
 import json
 import os
@@ -9,9 +9,11 @@ import torch
 from torch import nn
 
 from tactogram.model import BatchShare
+from tactogram.nn.adversarial_loss import gradient_penalty
 from tactogram.nn.bare_and_fixed import bare, fixed
-from tactogram.nn.gradient_penalty import gradient_penalty
-from tactogram.training.processes import Processes
+from tactogram.recipe import TrainingSettings
+from tactogram.training.device import make_fabric
+from tactogram.training.loop import mean_over_processes
 
 STEPS, BATCH = 12, 8
 
@@ -30,17 +32,11 @@ class Critic(nn.Module):
 
 
 def train(devices):
-    """Return the mean losses of each step, the weights, and the processes' agreements."""
-    from lightning_fabric import Fabric
-
-    from tactogram.training.averaging import AveragingStrategy
-
-    several = {"strategy": AveragingStrategy()} if devices > 1 else {}
-    fabric = Fabric(accelerator="cpu", devices=devices, **several)
-    fabric.launch()
-    processes, share = Processes(fabric), BatchShare.of_process(fabric)
+    """Return the mean losses of each step, and the weights."""
+    fabric = make_fabric(TrainingSettings(precision="32-true"), accelerator="cpu", devices=devices)
+    share = BatchShare.of_process(fabric)
     draw = torch.Generator().manual_seed(1)
-    torch.manual_seed(processes.number)  # weights of the first process count
+    torch.manual_seed(fabric.global_rank)  # weights of the first process count
     generator = nn.Sequential(nn.Linear(4, 24), nn.Tanh(), nn.Unflatten(1, (3, 8)))
     networks = [generator.double(), Critic().double()]
     pairs = [fabric.setup(network, torch.optim.Adam(network.parameters(), lr=1e-2)) for network in networks]
@@ -65,22 +61,12 @@ def train(devices):
         for_generator.zero_grad()
         fabric.backward(against)
         for_generator.step()
-        losses.append(processes.mean({"critic": loss.item(), "generator": against.item()}))
+        losses.append(mean_over_processes({"critic": loss.item(), "generator": against.item()}, fabric))
     weights = {k: v.tolist() for network in (generator, critic) for k, v in network.state_dict().items()}
-    return {"losses": losses, "weights": weights, **agreements(processes)}
+    return {"losses": losses, "weights": weights}
 
 
-def agreements(processes):
-    """Return what the processes agree on."""
-    return {
-        "agreed": processes.agreed(processes.number),
-        "on_machine": processes.agreed_on_machine(lambda: processes.number),
-        "any": processes.any(processes.number == processes.count - 1),
-        "none": processes.any(False),
-    }
-
-
-if __name__ == "__main__":  # started by torchrun
-    found = train(int(os.environ["WORLD_SIZE"]))
-    if os.environ["RANK"] == "0":
+if __name__ == "__main__":  # Fabric starts this again for the second process
+    found = train(2)
+    if os.environ.get("LOCAL_RANK", "0") == "0":
         Path(sys.argv[1]).write_text(json.dumps(found), encoding="utf-8")

@@ -1,10 +1,11 @@
+from types import SimpleNamespace
+
 import pytest
 import torch
 
 from tactogram.errors import RunError
 from tactogram.model import Stage
 from tactogram.training import TrainingPosition, child_rng, child_seed, fit, torch_seeded
-from tactogram.training.processes import Processes
 
 
 class Walk:
@@ -77,13 +78,12 @@ def test_another_seed_is_another_training():
 def test_processes_share_batches_and_draw_their_own_numbers_in_a_step(monkeypatch):
     def of_process(number):
         walk = Walk()
-        monkeypatch.setattr(Processes, "number", number)
         drawn = []
         monkeypatch.setattr(
             walk, "step", lambda stage, batch: drawn.append((batch, torch.rand(1).item())) or {}
         )
         monkeypatch.setattr(walk, "stages", lambda examples: (Stage("fit", 1), Stage("train", 3)))
-        fit(walk, [], seed=0, processes=Processes())
+        fit(walk, [], seed=0, fabric=SimpleNamespace(global_rank=number, world_size=1))
         return drawn
 
     first, second = of_process(0), of_process(1)

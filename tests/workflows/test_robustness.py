@@ -29,7 +29,7 @@ from tactogram.workflows.training.train import train
     ("options", "message"),
     [
         ({"accelerator": "nothing"}, "accelerator nothing"),
-        ({"devices": 0}, "devices and nodes must be >= 1, got 0 and 1"),
+        ({"devices": 0}, "devices must be >= 1, got 0"),
         ({"where": {"material": "cork"}}, "at least 2 materials"),
         ({"changes": {"prepare.axes": ["q"]}}, "axis must be one of x, y, z"),
         ({"changes": {"prepare.axes": []}}, "prepare.axes.*at least 1 item"),

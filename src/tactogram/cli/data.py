@@ -102,9 +102,7 @@ def _simulate(request: SimulationRequest, show: Printer) -> None:
 def _export(request: DataExportRequest, show: Printer) -> None:
     from tactogram.workflows.data.export import export_store
 
-    with show.progress() as progress:
-        facts = export_store(**vars(request) | {"progress": progress})
-    show(facts, lines_of(facts))
+    show(facts := export_store(**vars(request)), lines_of(facts))
 
 
 def _info(request: _StoreRequest, show: Printer) -> None:

@@ -11,9 +11,8 @@ from tactogram.cli.printing import Printer, text_of
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.requests import CloneRequest
-from tactogram.workflows.request import Argument, Option
+from tactogram.workflows.request import ON, PROCESSES, Argument, Option
 from tactogram.workflows.signal_options import SignalOptions
-from tactogram.workflows.worker_options import ON, PROCESSES
 
 if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun

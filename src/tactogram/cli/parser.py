@@ -25,7 +25,7 @@ VERBS = {
         "data import": "Import a data set into a store.",
         "data simulate": "Simulate a data set of surfaces.",
         "data info": "Describe what a store holds.",
-        "data export": "Write a store in the layout of the Hugging Face Hub or of LeRobot.",
+        "data export": "Write a store as a data set of the Hugging Face Hub.",
         "data check": "Check every shard of a store against its hash.",
         "data copy": "Copy a store to an object store such as S3, back, or to another folder, and check it on the way.",
         "data add": "Add a recording to a store.",

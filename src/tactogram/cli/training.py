@@ -8,7 +8,7 @@ from tactogram.cli.printing import Printer, accuracies, columns, lines_of, text_
 from tactogram.cli.stopping import catch_stop_signals
 from tactogram.cli.verbs import UsageError, Verb
 from tactogram.workflows.evaluation.requests import EvaluationRequest
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.request import SWEEP_ON, Argument, Option, Request
 from tactogram.workflows.training.requests import (
     CrossvalRequest,
     ExportRequest,
@@ -16,7 +16,6 @@ from tactogram.workflows.training.requests import (
     Purpose,
     TrainingRequest,
 )
-from tactogram.workflows.worker_options import SWEEP_ON
 
 
 @dataclass(frozen=True)
@@ -56,12 +55,12 @@ class _UnpackRequest(Request):
 
 @dataclass(frozen=True)
 class _CompareRequest(Request):
-    runs: Annotated[Sequence[str], Argument("folders or URLs of runs, two or more", "RUN")] = ()
+    runs: Annotated[Sequence[str], Argument("folders of runs, two or more", "RUN")] = ()
 
 
 def _train(request: _TrainRequest, show: Printer) -> None:
     from tactogram.datasets import open_store
-    from tactogram.training.processes import is_first_process
+    from tactogram.training.device import is_first_process
     from tactogram.workflows.training.model_choice import model_choice
     from tactogram.workflows.training.resume import resume
     from tactogram.workflows.training.train import train
@@ -81,7 +80,7 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     with catch_stop_signals() as stop, show.progress() as progress:
         values = vars(request) | {"progress": progress, "stop": stop}
         if request.resume:
-            names = ("data", "accelerator", "devices", "nodes", "logger", "model_folders", "progress", "stop")
+            names = ("data", "accelerator", "devices", "logger", "model_folders", "progress", "stop")
             run = resume(request.resume, **{name: values[name] for name in names})
         else:
             values = {name: value for name, value in values.items() if name not in ("purpose", "sweep", "on")}
@@ -89,9 +88,9 @@ def _train(request: _TrainRequest, show: Printer) -> None:
     if not is_first_process():
         return
     facts = run.facts()
-    validation, notes = facts["validation"], facts.get("notes", [])
-    result = {"run": run.place, "run_id": run.data["run_id"], "validation": validation, "notes": notes}
-    lines = [f"run: {run.place}"]
+    validation, notes = facts["validation"], facts["notes"]
+    result = {"run": str(run.folder), "run_id": run.data["run_id"], "validation": validation, "notes": notes}
+    lines = [f"run: {run.folder}"]
     if validation:
         lines.append("validation: " + ", ".join(f"{name} {value:.3f}" for name, value in validation.items()))
     show(result, "\n".join([*lines, *(f"note: {note}" for note in notes)]))
@@ -180,12 +179,10 @@ def _export(request: ExportRequest, show: Printer) -> None:
 
 def _networks_text(facts: dict[str, Any]) -> str:
     """Return the files of networks, with how far onnxruntime is from the package."""
-    rows = [("network", "file", "KiB", "output", "largest difference", "of", "relative")]
+    rows = [("network", "file", "KiB", "output", "largest difference")]
     for name, each in facts["networks"].items():
-        for output, found in each["difference"].items():
-            size = f"{each['bytes'] / 1024:.0f}"
-            figures = (f"{found[key]:.2g}" for key in ("largest", "of", "relative"))
-            rows.append((name, each["file"], size, output, *figures))
+        for output, difference in each["difference"].items():
+            rows.append((name, each["file"], f"{each['bytes'] / 1024:.0f}", output, f"{difference:.1g}"))
     return f"{columns(rows)}\nfolder: {facts['folder']}"
 
 
@@ -200,7 +197,7 @@ def _compare(request: _CompareRequest, show: Printer) -> None:
 
 
 def _import(request: _UnpackRequest, show: Printer) -> None:
-    from tactogram.workflows.training.importing import import_from
+    from tactogram.workflows.training.hub_folder import import_from
 
     show(facts := import_from(request.source, request.out), lines_of(facts))
 

@@ -130,20 +130,15 @@ class Examples(Sequence[Example]):
         self,
         *,
         workers: int | None = None,
-        share: tuple[int, int] = (0, 1),
         progress: Callable[[int, int], None] | None = None,
     ) -> None:
         """Prepare every segment now, in threads, by default one per core, since filters release the interpreter's lock.
 
-        ``share`` (number, of) is one of equal shares, in the order in which the store holds them, so that several
-        processes with one ``cache_dir`` each read other shards. ``progress`` is called with the number of prepared
-        segments and their total.
+        ``progress`` is called with the number of prepared segments and their total.
         """
-        number, of = share
         stored = sorted(self.segments, key=lambda segment: self.store.place(segment.id))
-        own = stored[number * len(stored) // of : (number + 1) * len(stored) // of]
-        with ThreadPoolExecutor(workers or max(1, cores() // of)) as pool:
-            tasks = [pool.submit(self._prepared, segment) for segment in own]
+        with ThreadPoolExecutor(workers or cores()) as pool:
+            tasks = [pool.submit(self._prepared, segment) for segment in stored]
             try:
                 for done, task in enumerate(as_completed(tasks), 1):
                     task.result()

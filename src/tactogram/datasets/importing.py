@@ -17,7 +17,7 @@ from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.path_reading import PathReading
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import Ratings
-from tactogram.datasets.reading import Reader, Reading, read_all
+from tactogram.datasets.reading import Reading, read_all
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.photographs import Photograph, read_photograph
@@ -35,7 +35,6 @@ def import_dataset(
     options: Mapping[str, Any] | None = None,
     skip_bad: bool = False,
     workers: int | None = None,
-    read: Reader = read_all,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Read the data set in ``path`` into a store at ``out``.
@@ -55,8 +54,6 @@ def import_dataset(
         Report unreadable files and continue; otherwise the first one stops the import.
     workers : int, optional
         Processes that read; by default one per core.
-    read : callable
-        Reads the items.
     progress : callable, optional
         Called with the number of items read and the total.
 
@@ -100,7 +97,7 @@ def import_dataset(
         begun = target.store_so_far if isinstance(target, StoreWriter) else None
         rates = CommonRates() if begun is None else CommonRates.of(begun)
         sink = ImportSink(target, skip_bad=skip_bad, rates=rates)
-        sink.add_all(found, read, workers=workers, progress=progress)
+        sink.add_all(found, workers=workers, progress=progress)
         if ratings is not None and (rated := target.items & set(ratings.items)):
             target.ratings = ratings.select(items=sorted(rated))
         if isinstance(target, StoreWriter):
@@ -229,7 +226,6 @@ class ImportSink:
     def add_all(
         self,
         found: FoundSet,
-        read: Reader,
         *,
         workers: int | None,
         progress: Callable[[int, int], None] | None,
@@ -246,7 +242,7 @@ class ImportSink:
         report = progress or (lambda done, total: None)
         before, count = self.target.tasks_done, len(found.items)
         total = count + len(found.pictures)
-        readings = read(
+        readings = read_all(
             found.set_name, found.items[before:], workers, lambda done, _: report(before + done, total)
         )
         with closing(readings):

@@ -16,7 +16,7 @@ from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import item_of
-from tactogram.datasets.reading import Reader, read_all, read_item
+from tactogram.datasets.reading import read_item
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.layout import StoreStreamInfo
 from tactogram.datasets.store.photographs import Photograph
@@ -36,7 +36,6 @@ def preview_dataset(
     *,
     options: Mapping[str, Any] | None = None,
     workers: int | None = None,
-    read: Reader = read_all,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[str, Any]:
     """Read the data set in ``path`` as `import_dataset` does, and write nothing.
@@ -59,7 +58,7 @@ def preview_dataset(
     found = find_set(set_name, Path(path), options or {})
     target = _PreviewTarget()
     sink = ImportSink(target, skip_bad=True)
-    sink.add_all(found, read, workers=workers, progress=progress)
+    sink.add_all(found, workers=workers, progress=progress)
     items = {item.name: item for item in found.items}
     for skipped in target.skipped:
         if item := items.get(skipped["source"]):

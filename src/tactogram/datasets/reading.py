@@ -21,11 +21,6 @@ from tactogram.main_script import allowed_processes
 
 Reading = Sequence[Recording | LeftOut] | str
 """Recordings of an item and its parts that are none, or one line on what is wrong with it."""
-Reader = Callable[
-    [str, Sequence[ImportItem], int | None, Callable[[int, int], None]],
-    Generator[tuple[ImportItem, Reading]],
-]
-"""A function like `read_all`."""
 PATIENCE_S = 2.0
 """What starting processes costs: less is read before they would be ready."""
 

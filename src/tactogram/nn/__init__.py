@@ -1,6 +1,6 @@
 """Parts of networks and their training that several models share."""
 
-from tactogram.nn.gradient_penalty import gradient_penalty as gradient_penalty
+from tactogram.nn.adversarial_loss import gradient_penalty as gradient_penalty
 from tactogram.nn.moving_average import MovingAverage as MovingAverage
 from tactogram.nn.phase_shuffle import PhaseShuffle as PhaseShuffle
 from tactogram.nn.strided_convolution import (

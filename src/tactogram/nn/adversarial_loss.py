@@ -1,16 +1,18 @@
-"""Losses of generators and discriminators that score patches at several scales.
+"""Losses of generators and discriminators: of patches at several scales, and the gradient penalty of WGAN-GP.
 
 References
 ----------
 - Goodfellow, I. et al. (2014). Generative adversarial nets. NeurIPS 27. Sec. 3: the non-saturating form.
 - Mao, X. et al. (2017). Least squares generative adversarial networks. ICCV.
+- Gulrajani, I., Ahmed, F., Arjovsky, M., Dumoulin, V. & Courville, A. (2017). Improved training of
+  Wasserstein GANs. NeurIPS 30. Eq. 3 and Algorithm 1.
 - Wang, T.-C. et al. (2018). High-resolution image synthesis … with conditional GANs. CVPR. Eq. 4.
 - Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal
 
 import torch
@@ -49,3 +51,20 @@ def feature_matching_loss(made: Sequence[Sequence[Tensor]], real: Sequence[Seque
         for ours, theirs in zip(made, real, strict=True)
     ]
     return torch.stack(distances).mean()
+
+
+def gradient_penalty(
+    critic: Callable[[Tensor], Tensor], real: Tensor, made: Tensor, share: Tensor | None = None
+) -> Tensor:
+    """Return the mean of ``(|grad critic(z)| - 1)^2`` at points z between ``real`` and ``made``, (item, …).
+
+    Not weighted by the paper's lambda. ``share``, (item,), places each point from ``made`` (0) to ``real`` (1); by
+    default it is uniform from torch's own generator. ``critic`` maps (item, …) to (item,) or (item, 1).
+    """
+    if share is None:
+        share = torch.rand(len(real)).to(real.device)
+    share = share.view(-1, *[1] * (real.dim() - 1))
+    between = torch.lerp(made.detach(), real.detach(), share).requires_grad_()
+    (slope,) = torch.autograd.grad(critic(between).sum(), between, create_graph=True)
+    length: Tensor = torch.linalg.vector_norm(slope.flatten(1), dim=1)
+    return (length - 1).square().mean()

@@ -10,11 +10,9 @@ from .loop import (
     TrainingPosition as TrainingPosition,
     fit as fit,
 )
-from .remote_run import (
-    open_run as open_run,
-)
 from .run import (
     Run as Run,
+    open_run as open_run,
 )
 from .seeds import (
     child_generator as child_generator,

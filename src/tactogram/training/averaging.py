@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from datetime import timedelta
 from typing import Any
 
 import torch
@@ -12,55 +12,28 @@ from torch import Tensor, nn
 
 
 class AveragingStrategy(DDPStrategy):
-    """Averages gradients over processes, of any number of networks and passes through them.
+    """Averages gradients over the processes after each backward pass, of any number of networks.
 
     `torch.nn.parallel.DistributedDataParallel` wants each network to go forward once and then backward, all weights
     included. A GAN does neither: it goes through its critic several times and around the wrapper for a gradient
-    penalty, and skips the critic's gradients for its generator. Averaging after the backward pass suits any order, is
-    done before gradients are limited or a scaler looks at them, and costs the overlap of computing and sending.
+    penalty, and skips the critic's gradients for its generator.
     """
 
     def __init__(self) -> None:
-        super().__init__()
-        self.networks: list[_Averaged] = []
+        super().__init__(timeout=timedelta(days=1))  # the others wait while the first prepares recordings
+        self.weights: list[nn.Parameter] = []
 
     def setup_module(self, module: nn.Module) -> Any:
         """Give a network the first process's weights."""
         for tensor in (*module.parameters(), *module.buffers()):
             dist.broadcast(tensor.detach(), 0)
-        self.networks.append(_Averaged(module))
+        self.weights += module.parameters()
         return module
 
     def backward(self, tensor: Tensor, module: nn.Module | None, *args: Any, **kwargs: Any) -> None:
-        """Compute gradients, and average those of every network that the pass went through."""
+        """Compute gradients, and replace those of all networks by their means."""
         super().backward(tensor, module, *args, **kwargs)
-        for network in self.networks:
-            network.average()
-
-
-class _Averaged:
-    """Weights of a network, and whether the current backward pass reached any."""
-
-    def __init__(self, network: nn.Module) -> None:
-        self.weights: Sequence[nn.Parameter] = [p for p in network.parameters() if p.requires_grad]
-        self.reached = False
         for weight in self.weights:
-            weight.register_post_accumulate_grad_hook(self._reach)  # type: ignore[no-untyped-call]
-
-    def _reach(self, weight: Tensor) -> None:
-        self.reached = True
-
-    @torch.no_grad()
-    def average(self) -> None:
-        """Replace the gradients by their means, in one message; those that no process has stay None."""
-        if not self.reached:
-            return
-        self.reached = False
-        parts = [w.new_zeros(w.numel()) if w.grad is None else w.grad.flatten() for w in self.weights]
-        present = parts[0].new_tensor([float(weight.grad is not None) for weight in self.weights])
-        message = torch.cat((*parts, present))
-        dist.all_reduce(message)
-        *means, count = torch.split(message / dist.get_world_size(), [*map(len, parts), len(self.weights)])
-        for weight, mean, some in zip(self.weights, means, count.tolist(), strict=True):
-            if some:
-                weight.grad = mean.view_as(weight)
+            if weight.requires_grad:
+                grad = torch.zeros_like(weight) if weight.grad is None else weight.grad
+                weight.grad = self.all_reduce(grad, reduce_op="mean")

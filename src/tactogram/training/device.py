@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,41 +33,43 @@ def memory_checked(what: str) -> Iterator[None]:
         ) from error
 
 
-def make_fabric(
-    training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1, nodes: int = 1
-) -> Any:
+def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1) -> Any:
     """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
 
     Of ``training`` its ``precision`` is used. ``accelerator`` is Fabric's name: ``auto`` takes a GPU if there is one.
-    ``devices`` and ``nodes``: processes per machine, each with its device, and machines. If there are several
-    processes, they have been started with torchrun's environment; each trains on its share of a batch, and gradients
-    are averaged.
+    ``devices``: processes of this machine, each with its device, of which Fabric starts the further ones; each trains
+    on its share of a batch, and gradients are averaged.
 
     Raises `ParameterError` if this machine has no such device; `RunError` if the processes cannot connect.
     """
     from lightning_fabric import Fabric
     from lightning_fabric.utilities.exceptions import MisconfigurationException
 
-    several: dict[str, Any] = {}
-    if devices * nodes > 1:
-        from tactogram.training.averaging import AveragingStrategy
+    from tactogram.training.averaging import AveragingStrategy
 
-        several = {"num_nodes": nodes, "strategy": AveragingStrategy()}
+    if devices < 1:
+        raise ParameterError(f"devices must be >= 1, got {devices}")
     logging.getLogger("lightning_fabric").setLevel(
         logging.WARNING
     )  # it announces processes and number formats
     precision: Any = chosen_precision(training.precision, accelerator)
+    strategy = AveragingStrategy() if devices > 1 else "auto"
     try:
-        fabric = Fabric(accelerator=accelerator, devices=devices, precision=precision, **several)
+        fabric = Fabric(accelerator=accelerator, devices=devices, strategy=strategy, precision=precision)
     except (ValueError, RuntimeError, MisconfigurationException) as error:
         raise ParameterError(f"accelerator {accelerator}, devices {devices}: {first_line(error)}") from error
     try:
         fabric.launch()
     except (RuntimeError, OSError) as error:
         raise RunError(
-            f"the {devices * nodes} processes of the training cannot connect: {first_line(error)}"
+            f"the {devices} processes of the training cannot connect: {first_line(error)}"
         ) from error
     return fabric
+
+
+def is_first_process() -> bool:
+    """Return whether this process is the only one of a training, or the first of those that Fabric started."""
+    return os.environ.get("LOCAL_RANK", "0") == "0"
 
 
 def chosen_precision(precision: str, accelerator: str = "auto") -> str:

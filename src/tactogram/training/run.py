@@ -19,7 +19,8 @@ from typing import Any, Self
 
 import tomli_w
 
-from tactogram.errors import DataError, RunError
+from tactogram.datasets.store.remote import is_remote
+from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import ImageKind, Kind, Learner, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
@@ -55,9 +56,11 @@ class Run:
         """Refuse a folder that contains a run, or a file in its place."""
         if (self.folder / "recipe.toml").exists():
             state = "is finished" if self.finished else "has begun; resume it"
-            raise RunError(f"{self.place}: contains a run, which {state}, choose another folder or delete it")
+            raise RunError(
+                f"{self.folder}: contains a run, which {state}, choose another folder or delete it"
+            )
         if self.folder.exists() and not self.folder.is_dir():
-            raise RunError(f"{self.place}: is a file; choose a folder")
+            raise RunError(f"{self.folder}: is a file; choose a folder")
 
     @classmethod
     def open(cls, folder: Path) -> Self:
@@ -71,24 +74,18 @@ class Run:
         if (self.folder / "recipe.toml").is_file():
             return
         if (self.folder / "dataset.json").is_file():
-            found = f"it is a store; train a model on it: tactogram train MODEL --data {self.place} --out RUN"
+            found = (
+                f"it is a store; train a model on it: tactogram train MODEL --data {self.folder} --out RUN"
+            )
         else:
             found = f"expected a folder that `tactogram train` made{self._absence}"
-        raise RunError(f"{self.place}: not a run: {found}")
+        raise RunError(f"{self.folder}: not a run: {found}")
 
     @property
     def _absence(self) -> str:
         return ", got " + (
             "a folder" if self.folder.is_dir() else "a file" if self.folder.exists() else "none"
         )
-
-    @property
-    def place(self) -> str:
-        """Where the run is, for messages and commands: the folder, or a URL."""
-        return str(self.folder)
-
-    def publish(self) -> None:
-        """Make what was written to the folder known where the run is; nothing to do unless that is a URL."""
 
     @property
     def name(self) -> str:
@@ -174,12 +171,12 @@ class Run:
         Raises `RunError` if the training is not finished, or the run is of a later version.
         """
         if not self.finished:
-            raise RunError(f"{self.place}: the training is not finished; resume it")
+            raise RunError(f"{self.folder}: the training is not finished; resume it")
         facts = self.read_json("model.json")
         if not isinstance(facts.get("version"), int):
             raise RunError(f"{self.folder / 'model.json'}: has no version; it is damaged")
         if facts["version"] > VERSION:
-            raise RunError(f"{self.place}: of a later version (format {facts['version']}, known {VERSION})")
+            raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
         return facts
 
     def kind(self) -> Kind:
@@ -205,6 +202,23 @@ class Run:
     def write_json(self, name: str, values: Mapping[str, Any]) -> None:
         """Write one of the run's JSON files."""
         write_text(self.folder / name, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+
+
+def run_at(folder: Path | str) -> Run:
+    """Return the run in a folder, which need not hold one yet; `ParameterError` for a URL."""
+    if is_remote(folder):
+        raise ParameterError(
+            f"a run must be in a folder, got {folder}; copy it from and to an object store by its own program, "
+            "such as `aws s3 sync`"
+        )
+    return Run(Path(folder))
+
+
+def open_run(folder: Path | str) -> Run:
+    """Return the run in a folder; `RunError` if there is none."""
+    run = run_at(folder)
+    run.check_begun()
+    return run
 
 
 def environment() -> dict[str, Any]:

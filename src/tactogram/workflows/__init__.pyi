@@ -11,10 +11,6 @@ from .data.stores import (
     add_signal as add_signal,
     list_sets as list_sets,
 )
-from .evaluated_runs import (
-    evaluation_results as evaluation_results,
-    numbers_of as numbers_of,
-)
 from .evaluation.crossval import (
     crossval as crossval,
 )
@@ -105,12 +101,15 @@ from .rendering.render import (
     render as render,
 )
 from .request import (
+    ON as ON,
     Argument as Argument,
     Option as Option,
     Request as Request,
     takes as takes,
 )
 from .results_table import (
+    evaluation_results as evaluation_results,
+    numbers_of as numbers_of,
     table as table,
 )
 from .streaming.session import (
@@ -169,9 +168,6 @@ from .training.surface_index import (
 from .training.train import (
     train as train,
     train_plan as train_plan,
-)
-from .worker_options import (
-    ON as ON,
 )
 from .workers.tasks import (
     absolute as absolute,

@@ -28,7 +28,7 @@ def push(folder: Path, repository: str, *, kind: Kind) -> str:
     """
     hub = hub_library()
     with _one_line(repository):
-        api = hub.HfApi(endpoint=_endpoint())
+        api = hub.HfApi(endpoint=os.environ.get("HF_ENDPOINT"))
         api.create_repo(repository, repo_type=kind, exist_ok=True)
         done = api.upload_folder(
             repo_id=repository, folder_path=folder, repo_type=kind, commit_message="Upload by tactogram"
@@ -36,18 +36,14 @@ def push(folder: Path, repository: str, *, kind: Kind) -> str:
     return str(done.commit_url)
 
 
-def pull(address: str, folder: Path, *, kind: Kind) -> None:
-    """Download the repository ``OWNER/NAME`` or ``OWNER/NAME@REVISION`` into ``folder``; errors as `push`."""
+def pull(address: str, folder: Path) -> None:
+    """Download the model ``OWNER/NAME`` or ``OWNER/NAME@REVISION`` into ``folder``; errors as `push`."""
     hub = hub_library()
     repository, _, revision = address.partition("@")
     with _one_line(repository):
         hub.snapshot_download(
-            repository, repo_type=kind, revision=revision or None, local_dir=folder, endpoint=_endpoint()
+            repository, revision=revision or None, local_dir=folder, endpoint=os.environ.get("HF_ENDPOINT")
         )
-
-
-def _endpoint() -> str | None:
-    return os.environ.get("HF_ENDPOINT") or None
 
 
 @contextmanager

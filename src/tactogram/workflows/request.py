@@ -100,3 +100,8 @@ def takes(request: Callable[P, R]) -> Callable[[Callable[[R], T]], Callable[P, T
         return call
 
     return decorate
+
+
+ON = Option("engine: ray starts Ray on this machine, ray:ADDRESS takes a cluster", "ray[:ADDRESS]")
+SWEEP_ON = Option("engine of a sweep: Ray on this machine, or ray:ADDRESS for a cluster", "ray[:ADDRESS]")
+PROCESSES = Option("processes of this machine (default: one per core; on a GPU one)", "N", least=1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +12,6 @@ from pydantic import BaseModel, ConfigDict
 from tactogram import models
 from tactogram.errors import RunError
 from tactogram.validation import validated
-from tactogram.workflows.evaluated_runs import evaluation_results
 
 if TYPE_CHECKING:
     from tactogram.training.run import Run
@@ -59,19 +58,41 @@ def table(model_folders: Sequence[Path] = (), *, runs: Sequence[Path | str] = ()
 
 def _opened(run: Path | str) -> Run:
     # Loads torch, which pages and a table without runs do not need.
-    from tactogram.training.remote_run import open_run
+    from tactogram.training.run import open_run
 
     return open_run(run)
 
 
 def _of_run(run: Run) -> Iterator[dict[str, Any]]:
     if not (run.folder / "evaluation.json").is_file():
-        raise RunError(f"{run.place}: was not evaluated: tactogram evaluate {run.place}")
+        raise RunError(f"{run.folder}: was not evaluated: tactogram evaluate {run.folder}")
     evaluation = run.read_json("evaluation.json")
     data = evaluation.get("data") or {}
     name = f"{data.get('name', '')}{' (simulated)' if data.get('simulated') else ''}"
     for what, value in evaluation_results(evaluation).items():
         result = PublishedResult(
-            what=what, ours=value, data=name, split=str(data.get("split", "")), note=run.place
+            what=what, ours=value, data=name, split=str(data.get("split", "")), note=str(run.folder)
         )
         yield {"model": run.recipe.model, **result.model_dump()}
+
+
+def evaluation_results(evaluation: Mapping[str, Any]) -> dict[str, float]:
+    """Return the results in an ``evaluation.json`` by name; for a generator's measures, the model's column."""
+    results = {name: value for name, value in numbers_of(evaluation).items() if "accuracy" in name}
+    for measure, row in (evaluation.get("measures") or {}).items():
+        if isinstance(row, Mapping) and isinstance(row.get("model"), int | float):
+            results[str(measure)] = float(row["model"])
+    for table in ("spread", "following", "mean"):
+        results |= {f"{table} {name}": value for name, value in numbers_of(evaluation.get(table)).items()}
+    return results
+
+
+def numbers_of(values: Any) -> dict[str, float]:
+    """Return the numbers of a JSON object by name; none of anything else."""
+    if not isinstance(values, Mapping):
+        return {}
+    return {
+        str(name): float(value)
+        for name, value in values.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    }

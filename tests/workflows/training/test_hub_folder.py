@@ -5,13 +5,13 @@ import shutil
 
 import numpy as np
 import pytest
-from huggingface_hub import ModelCard, parse_eval_result_entries
+from huggingface_hub import ModelCard
 
 from tactogram.cli import main
 from tactogram.errors import RunError
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training.export import export
-from tactogram.workflows.training.importing import import_from
+from tactogram.workflows.training.hub_folder import import_from
 from tactogram.workflows.training.loaded_run import load_run
 
 
@@ -40,17 +40,6 @@ def test_card_configuration_and_results_are_what_the_hub_reads(evaluated, folder
     assert results["recording_accuracy"].dataset_revision == evaluation["data"]["sha256"]
     config = json.loads((folder / "config.json").read_text(encoding="utf-8"))
     assert config["model_type"] == "stroke_cnn"
-    assert config["config"]["steps"] == 60
-    assert config["kind"]["materials"] == ["cork", "foam", "tile"]
-    import yaml
-
-    entries = parse_eval_result_entries(
-        yaml.safe_load((folder / ".eval_results" / "tactogram.yaml").read_text(encoding="utf-8"))
-    )
-    assert {entry.task_id: entry.value for entry in entries}["recording-accuracy"] == evaluation[
-        "recording_accuracy"
-    ]
-    assert "simulated" in entries[0].notes
 
 
 def test_nothing_says_where_it_was_made(evaluated, folder):

@@ -1,15 +1,13 @@
-"""Trainings by several processes: as one process, resumed in another number, and by torchrun."""
+"""Trainings by several processes: as one process, and resumed in another number."""
 
 import json
-import os
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-from lightning_fabric.plugins.environments.lightning import find_free_network_port
 
-from tactogram.errors import ParameterError, StoppedError
+from tactogram.errors import StoppedError
 from tactogram.training.run import Run
 from tactogram.workflows.training.train import train
 
@@ -86,35 +84,13 @@ def test_a_closed_form_is_refused(store, tmp_path):
     assert not (tmp_path / "run").exists()
 
 
-def test_several_machines_are_torchruns_matter(store, tmp_path):
-    with pytest.raises(
-        ParameterError, match="on 2 machines is started by torchrun, on each of them: torchrun"
-    ):
-        trained(store, tmp_path / "run", nodes=2)
-
-
 @pytest.mark.slow
-def test_two_machines_of_torchrun_continue_what_one_process_began(alone, store, tmp_path):
+def test_two_processes_continue_what_one_process_began(alone, store, tmp_path):
     with pytest.raises(StoppedError):
         trained(store, tmp_path / "run", stop=(tmp_path / "run" / "checkpoint.safetensors").exists)
-    port = find_free_network_port()
     command = ("-m", "tactogram", "train", "--resume", tmp_path / "run", "--accelerator", "cpu", "--json")
-    machines = [
-        subprocess.Popen(
-            [
-                *(sys.executable, "-m", "torch.distributed.run", "--nnodes", "2", "--nproc-per-node", "1"),
-                *("--node-rank", str(number), "--master-addr", "127.0.0.1", "--master-port", str(port)),
-                *map(str, command),
-            ],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "OMP_NUM_THREADS": "1"},
-        )
-        for number in range(2)
-    ]
-    outputs = [machine.communicate(timeout=300) for machine in machines]
-    assert [machine.returncode for machine in machines] == [0, 0], outputs
-    assert json.loads(outputs[0][0])["run"] == str(tmp_path / "run")
-    assert outputs[1][0] == ""
+    done = subprocess.run(
+        [sys.executable, *map(str, command), "--devices", "2"], check=True, capture_output=True, text=True
+    )
+    assert json.loads(done.stdout)["run"] == str(tmp_path / "run")
     check_as(Run(tmp_path / "run"), alone)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.errors import ParameterError
-from tactogram.recipe import Preparation
-
-if TYPE_CHECKING:
-    from tactogram.datasets.store.store import Store
+from tactogram.signal import Signal
 
 
 class StoreArrays(NamedTuple):
@@ -27,19 +24,8 @@ class StoreArrays(NamedTuple):
     """What must not be divided between training and test, shape (recording,)."""
 
 
-def store_arrays(store: Store, stream: str | None, *, seconds: float | None, by: str) -> StoreArrays:
-    """Return the recordings that have the stream; see `Store.to_numpy`."""
-    if by not in RecordingInfo.__dataclass_fields__:
-        raise ParameterError(f"by must be a field of the recordings, such as session or subject, got {by!r}")
-    names = list(store.streams)
-    stream = stream or Preparation().stream_of(names)
-    if stream not in names:
-        raise ParameterError(f"stream must be one of {', '.join(names)}, got {stream!r}")
-    infos = [info for info in store.index if stream in store.streams_of(info.id)]
-    lengths = _lengths(store, stream, infos, seconds)
-    signals = [
-        store.signal(info.id, stream, stop=length) for info, length in zip(infos, lengths, strict=True)
-    ]
+def stacked(infos: Sequence[RecordingInfo], signals: Sequence[Signal], by: str) -> StoreArrays:
+    """Return signals of one length, each of a recording, as arrays; see `Store.to_numpy`."""
     if len(kinds := sorted({(signal.rate, signal.axes) for signal in signals})) > 1:
         told = "; ".join(f"{rate:g} of {','.join(axes)}" for rate, axes in kinds)
         raise ParameterError(f"recordings must have one rate and the same axes, got {told}")
@@ -53,17 +39,15 @@ def store_arrays(store: Store, stream: str | None, *, seconds: float | None, by:
     )
 
 
-def _lengths(store: Store, stream: str, infos: Sequence[RecordingInfo], seconds: float | None) -> list[int]:
-    """Return the number of samples to take of each."""
-    held = [store.length(info.id, stream) for info in infos]
-    rates = [store.rate(info.id, stream) for info in infos]
+def common_lengths(held: Sequence[int], rates: Sequence[float], seconds: float | None) -> list[int]:
+    """Return the number of samples to take of each recording, which has ``held`` at its rate."""
     lasting = [count / rate for count, rate in zip(held, rates, strict=True)]
     if seconds is None:
         if len(set(held)) > 1:
             raise ParameterError(
                 f"recordings last {min(lasting):g} to {max(lasting):g} s; choose seconds, {min(lasting):g} at most"
             )
-        return held
+        return list(held)
     if not 0 < seconds <= min(lasting) * (1 + 1e-9):
         raise ParameterError(
             f"seconds must be above 0 and at most {min(lasting):g}, the shortest recording; got {seconds:g}"

@@ -120,16 +120,13 @@ class StoreInfo:
     ratings: StoredFile | None = None
     ratings_sha256: str = ""
     """Hash of the ratings themselves rather than the file."""
-    catalogue: StoredFile | None = None
-    """Catalogue of a copied store (`tactogram.datasets.store.catalogue`)."""
     unfinished: UnfinishedJob | None = None
     """Job that has yet to finish the store; None for a complete one."""
 
     @property
     def files(self) -> tuple[StoredFile, ...]:
         """All files but ``dataset.json`` and the list of ids."""
-        others = [file for file in (self.ratings, self.catalogue) if file is not None]
-        return (*self.shards, *self.images, *others)
+        return (*self.shards, *self.images, *([] if self.ratings is None else [self.ratings]))
 
     @property
     def rows(self) -> int:
@@ -168,9 +165,7 @@ class StoreInfo:
             for kind in ("duplicates", "skipped"):
                 values[kind] = tuple(values[kind])
             values["photographs"] = {m: dict(held) for m, held in values["photographs"].items()}
-            values.setdefault("catalogue", None)  # in stores written before it
-            for kind in ("ratings", "catalogue"):
-                values[kind] = None if values[kind] is None else StoredFile(**values[kind])
+            values["ratings"] = None if values["ratings"] is None else StoredFile(**values["ratings"])
             begun = values.get("unfinished")
             values["unfinished"] = None if begun is None else UnfinishedJob(**begun)
             return cls(**{f.name: values[f.name] for f in fields(cls)})

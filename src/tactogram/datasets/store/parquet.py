@@ -9,7 +9,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tactogram.datasets.store.layout import StoredFile, file_hash, file_size
-from tactogram.datasets.store.remote import RemotePath
+from tactogram.datasets.store.remote import RemotePath, readable
 from tactogram.errors import DataError
 
 
@@ -47,7 +47,7 @@ def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
         size = file_size(path)
         if size != stored.bytes:
             raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
-        file = pq.ParquetFile(path.open() if isinstance(path, RemotePath) else path)
+        file = pq.ParquetFile(readable(path), pre_buffer=isinstance(path, RemotePath))
     except FileNotFoundError as error:
         raise MissingFileError(f"{path}: not readable: {error}; import the data again") from error
     except (OSError, pa.ArrowException) as error:

@@ -6,13 +6,14 @@ import os
 import re
 import shutil
 import socket
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import psutil
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo
-from tactogram.errors import DataError
+from tactogram.errors import DataError, RunError
 from tactogram.signal.io.atomic import to_disk
 
 
@@ -84,6 +85,27 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
                     removed.append(name)
             noted.unlink()
     return removed
+
+
+@contextmanager
+def new_folder(target: Path) -> Iterator[Path]:
+    """Yield a private folder beside ``target``, which becomes ``target`` unless the block raises.
+
+    Raises `RunError` if ``target`` exists.
+    """
+    if target.exists():
+        raise RunError(f"{target}: exists already; choose another `out`")
+    target.parent.mkdir(parents=True, exist_ok=True)
+    clear_stale_parts(target)
+    part = part_folder(target)
+    shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
+    part.mkdir(mode=0o700)
+    try:
+        yield part
+        part.chmod(0o755)
+        part.rename(target)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
 
 
 class StagedFiles:

@@ -19,7 +19,7 @@ from PIL import Image as Pillow
 from tactogram.datasets.store.layout import StoredFile
 from tactogram.datasets.store.parquet import close_quietly, open_parquet, plain_parquet, stored_file
 from tactogram.datasets.store.pending import StagedFiles
-from tactogram.datasets.store.remote import RemotePath
+from tactogram.datasets.store.remote import RemotePath, readable
 from tactogram.errors import DataError
 from tactogram.signal import Image
 from tactogram.signal.io.picture import decode_image, is_plain, picture_bytes, picture_size
@@ -102,7 +102,7 @@ class PhotographFiles:
         if key not in self._places:
             raise DataError(f"{self.folder}: photograph {key} is missing; import the data again")
         path, number = self._places[key]
-        file = pq.ParquetFile(path.open() if isinstance(path, RemotePath) else path)
+        file = pq.ParquetFile(readable(path))
         [row] = file.read_row_group(number).to_pylist()
         return row, f"{path}, row {number}"
 

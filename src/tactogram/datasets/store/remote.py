@@ -1,4 +1,4 @@
-"""Files on an object store, such as S3, by URL; read and written through Arrow's file systems.
+"""Files on an object store, such as S3, by URL; read through Arrow's file systems.
 
 Credentials, region and endpoint are those of the environment or of AWS's configuration files (``AWS_ACCESS_KEY_ID``,
 ``AWS_PROFILE``, ``AWS_ENDPOINT_URL`` …). ``s3://``, ``gs://`` and whatever else `pyarrow.fs.FileSystem.from_uri` knows
@@ -8,12 +8,11 @@ are URLs.
 from __future__ import annotations
 
 import re
-from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 import pyarrow as pa
@@ -24,21 +23,8 @@ from tactogram.errors import DataError, ParameterError, one_line
 _URL = re.compile(r"(?P<scheme>[a-z][a-z0-9+.-]+)://(?P<rest>.*)", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"://[^/]*@")
 
-REASONS = {
-    "NO_SUCH_BUCKET": "there is no such bucket",
-    "ACCESS_DENIED": "access is denied: give credentials in the environment (AWS_ACCESS_KEY_ID and "
-    "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE) that may read it",
-    "INVALID_ACCESS_KEY_ID": "the credentials are not valid (AWS_ACCESS_KEY_ID)",
-    "SIGNATURE_DOES_NOT_MATCH": "the credentials are not valid (AWS_SECRET_ACCESS_KEY)",
-    "NETWORK_CONNECTION|[Cc]ould(n't| not) connect|resolve host|[Tt]imed? ?out": "the server is unreachable: check the "
-    "network and AWS_ENDPOINT_URL",
-}
-"""What is said of an error whose message has a pattern."""
-
-LEAST_AHEAD, MOST_AHEAD = 2**16, 2**22
-"""Bytes that are fetched ahead where a file is read in order, at first and at most."""
-MOST_BUFFERS = 16
-"""Ranges of files that are kept: 64 MiB."""
+BLOCK_BYTES, MOST_BLOCKS = 2**20, 64
+"""Size of the blocks that are fetched, and how many are kept."""
 
 
 def is_remote(path: object) -> bool:
@@ -77,7 +63,7 @@ def local(path: Path | RemotePath) -> Path:
 class RemotePath:
     """A file or folder of ``system``; ``address`` is its URL without ``options``."""
 
-    system: fs.FileSystem
+    system: fs.FileSystem = field(compare=False)
     path: str
     address: str
     options: str = ""
@@ -93,23 +79,6 @@ class RemotePath:
         """Return whether there is such a file; `DataError` if that is not known."""
         with errors(self):
             return bool(self.system.get_file_info(self.path).type == fs.FileType.File)
-
-    def files(self) -> dict[str, int]:
-        """Return the bytes of each file below a folder, by its name relative to it; empty if there is no folder."""
-        with errors(self):
-            found = self.system.get_file_info(
-                fs.FileSelector(self.path, allow_not_found=True, recursive=True)
-            )
-        return {
-            info.path.removeprefix(f"{self.path}/"): int(info.size)
-            for info in found
-            if info.type == fs.FileType.File
-        }
-
-    def delete(self) -> None:
-        """Delete a file."""
-        with errors(self):
-            self.system.delete_file(self.path)
 
     def size(self) -> int:
         """Return the bytes of a file."""
@@ -129,81 +98,46 @@ class RemotePath:
         with errors(self), self.system.open_input_stream(self.path) as file:
             return bytes(file.read())
 
-    @contextmanager
-    def writing(self) -> Iterator[Any]:
-        """Yield a stream; the file appears when the block ends, unless by an error."""
-        with errors(self):
-            stream = self.system.open_output_stream(self.path)
-            try:
-                yield stream
-            except BaseException:
-                stream.abort() if hasattr(stream, "abort") else None
-                raise
-            stream.close()
-
 
 @contextmanager
 def errors(path: RemotePath) -> Iterator[None]:
-    """Turn the errors of a file system into one line; a missing file stays a FileNotFoundError.
-
-    Raises
-    ------
-    DataError
-        Naming ``path``, what is wrong and what to do.
-    """
+    """Turn the errors of a file system into a `DataError` that names ``path``; a FileNotFoundError stays one."""
     try:
         yield
     except FileNotFoundError:
-        bucket = path.path.partition("/")[0]
-        if not _exists(path.system, bucket):
-            raise DataError(f"{path}: there is no such bucket ({bucket})") from None
         raise
     except (OSError, pa.ArrowException) as error:
-        for pattern, reason in REASONS.items():
-            if re.search(pattern, str(error)):
-                raise DataError(f"{path}: {reason}") from error
-        raise DataError(f"{path}: {one_line(error)}") from error
+        raise DataError(
+            f"{path}: {one_line(error)}; check the address, the network and the credentials (AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE; AWS_ENDPOINT_URL)"
+        ) from error
 
 
-def _exists(system: fs.FileSystem, bucket: str) -> bool:
-    """Return whether there is a bucket; true if that cannot be found out."""
-    try:
-        return bool(system.get_file_info(bucket).type != fs.FileType.NotFound)
-    except (OSError, pa.ArrowException):
-        return True
-
-
-class RangeReader:
-    """Reads ranges of remote files: alone as they are, or more and more ahead where a file is read in order.
-
-    Safe for threads. Each ``key``, such as a column of a file, has its own order.
-    """
+class BlockReader:
+    """Reads remote files by blocks, of which it keeps the last ones. Safe for threads."""
 
     def __init__(self) -> None:
-        self._ranges: OrderedDict[tuple[str, str], tuple[int, bytes, int]] = OrderedDict()
-        self._files: dict[str, Any] = {}
-        self._lock = Lock()
+        self._opened = lru_cache(None)(RemotePath.open)
+        self._block = lru_cache(MOST_BLOCKS)(self._fetched)
 
-    def read(self, path: RemotePath, key: str, start: int, length: int) -> bytes:
+    def read(self, path: RemotePath, start: int, length: int) -> bytes:
         """Return ``length`` bytes from ``start`` on, fewer at the end of the file."""
-        place = (path.path, key)
-        with self._lock:
-            begin, held, ahead = self._ranges.get(place, (0, b"", 0))
-            if begin <= start and start + length <= begin + len(held):
-                self._ranges.move_to_end(place)
-                return held[start - begin : start - begin + length]
-            follows = bool(held) and begin <= start <= begin + len(held) + max(length, ahead)
-            ahead = min(MOST_AHEAD, max(LEAST_AHEAD, 2 * ahead)) if follows else 0
-            file = self._files.get(path.path)
-        if file is None:
-            file = path.open()
-            with self._lock:
-                self._files[path.path] = file
+        first, last = start // BLOCK_BYTES, (start + length - 1) // BLOCK_BYTES
+        joined = b"".join(self._block(path, number) for number in range(first, last + 1))
+        begin = start - first * BLOCK_BYTES
+        return joined[begin : begin + length]
+
+    def _fetched(self, path: RemotePath, number: int) -> bytes:
+        file = self._opened(path)
         with errors(path):
-            found = bytes(file.read_at(max(length, ahead), start))
-        with self._lock:
-            self._ranges[place] = (start, found, ahead)
-            self._ranges.move_to_end(place)
-            while len(self._ranges) > MOST_BUFFERS:
-                self._ranges.popitem(last=False)
-        return found[:length]
+            return bytes(file.read_at(BLOCK_BYTES, number * BLOCK_BYTES))
+
+
+def readable(path: Path | RemotePath) -> Any:
+    """Return what `pyarrow` reads: the path of a local file, or a remote one opened."""
+    return path.open() if isinstance(path, RemotePath) else path
+
+
+def arrow_place(path: Path | RemotePath) -> tuple[fs.FileSystem, str]:
+    """Return Arrow's file system of a file or folder, and its path there."""
+    return (path.system, path.path) if isinstance(path, RemotePath) else (fs.LocalFileSystem(), str(path))

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from tactogram.datasets.recording import RecordingInfo
 from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StoreStreamInfo, axis_column, row_info
 from tactogram.datasets.store.parquet import MissingFileError, open_parquet
-from tactogram.datasets.store.remote import RangeReader, RemotePath
+from tactogram.datasets.store.remote import BlockReader, RemotePath
 from tactogram.errors import DataError
 
 
 class Shard:
     """Metadata of one shard's recordings, and the place of their samples in the file.
 
-    ``streams`` are those of the store; a shard need not have all of them. ``catalogued`` is a table of its rows in the
-    store's catalogue, with which the file is read for samples alone, and ``ranges`` reads those of a remote file.
+    ``streams`` are those of the store; a shard need not have all of them. ``blocks`` reads the
+    samples of a remote file.
 
     Attributes
     ----------
@@ -42,17 +42,15 @@ class Shard:
         path: Path | RemotePath,
         stored: StoredFile,
         streams: Mapping[str, StoreStreamInfo],
-        *,
-        catalogued: Any = None,
-        ranges: RangeReader | None = None,
+        blocks: BlockReader,
     ) -> None:
         self.path = path
-        self._stored, self._catalogued, self._ranges = stored, catalogued, ranges or RangeReader()
-        file = None if catalogued is not None else open_parquet(path, stored)
-        held = set(catalogued.column_names if file is None else file.schema_arrow.names)
-        self._streams = [name for name in streams if f"{name}_rate" in held]
-        columns = [f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
-        table = catalogued.select(columns) if file is None else file.read(columns=columns)
+        self._stored, self._blocks = stored, blocks
+        file = open_parquet(path, stored)
+        self._streams = [name for name in streams if f"{name}_rate" in file.schema_arrow.names]
+        table = file.read(
+            columns=[f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
+        )
         self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
         self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
         texts = {s: table[f"{s}_axes"].to_pylist() for s in self._streams}
@@ -60,28 +58,11 @@ class Shard:
             text: tuple(text.split(",")) if text else () for column in texts.values() for text in set(column)
         }
         self.axes: dict[str, list[tuple[str, ...]]] = {s: [split[t] for t in texts[s]] for s in self._streams}
-        if file is None:
-            names = [axis_column(s, axis) for s in self._streams for axis in streams[s].axes]
-            self.places = {name: _filled(catalogued[f"{name}_begin"]) for name in names}
-        else:
-            self.places = self._first_bytes(file.metadata, streams)
-
-    def metadata_table(self) -> pa.Table:
-        """Return all columns but the samples."""
-        if self._catalogued is not None:
-            return self._catalogued
-        file = open_parquet(self.path, self._stored)
-        kinds = zip(file.schema_arrow.names, file.schema_arrow.types, strict=True)
-        samples = {name for name, kind in kinds if pa.types.is_list(kind) and name not in INFO_COLUMNS}
-        return file.read(columns=[name for name in file.schema_arrow.names if name not in samples])
+        self.places = self._first_bytes(file.metadata, streams)
 
     @cached_property
     def _metadata(self) -> tuple[list[RecordingInfo], list[str | None]]:
-        if self._catalogued is None:
-            table = open_parquet(self.path, self._stored).read(columns=list(INFO_COLUMNS))
-        else:
-            table = self._catalogued.select(list(INFO_COLUMNS))
-        rows = table.to_pylist()
+        rows = open_parquet(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
         return [row_info(row) for row in rows], [row["image"] for row in rows]
 
     @property
@@ -106,7 +87,7 @@ class Shard:
         place, path = int(self.places[column][row]) + 4 * start, self.path
         try:
             if isinstance(path, RemotePath):
-                samples = np.frombuffer(self._ranges.read(path, column, place, 4 * (stop - start)), "<f4")
+                samples = np.frombuffer(self._blocks.read(path, place, 4 * (stop - start)), "<f4")
             else:
                 samples = np.fromfile(path, "<f4", count=stop - start, offset=place)
         except FileNotFoundError as error:

@@ -15,8 +15,7 @@ import numpy as np
 from tactogram.datasets.ratings.files import read_ratings
 from tactogram.datasets.ratings.ratings import Ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
-from tactogram.datasets.store.arrays import StoreArrays, store_arrays
-from tactogram.datasets.store.catalogue import Catalogue
+from tactogram.datasets.store.arrays import StoreArrays, common_lengths, stacked
 from tactogram.datasets.store.index import places_of
 from tactogram.datasets.store.layout import (
     StoreInfo,
@@ -29,9 +28,10 @@ from tactogram.datasets.store.layout import (
 )
 from tactogram.datasets.store.parquet import MissingFileError
 from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
-from tactogram.datasets.store.remote import RangeReader, RemotePath, location
+from tactogram.datasets.store.remote import BlockReader, RemotePath, location, readable
 from tactogram.datasets.store.shard_reading import Shard
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 
 
@@ -74,7 +74,7 @@ class Store:
             self.facts = StoreInfo.load(folder)
             self._places = places_of(folder, self.facts)
         self._photographs = PhotographFiles(folder, self.facts.images)
-        self._ranges = RangeReader()
+        self._blocks = BlockReader()
         self._count = self.facts.rows
 
     def __reduce__(self) -> tuple[Callable[[Path | str], Store], tuple[Path | str]]:
@@ -141,18 +141,13 @@ class Store:
         return self._places.ids
 
     @cached_property
-    def _catalogue(self) -> Catalogue | None:
-        stored = self.facts.catalogue
-        return None if stored is None else Catalogue(self.folder / stored.file, stored)
-
-    @cached_property
     def ratings(self) -> Ratings | None:
         """Ratings of its items; None if there are none."""
         stored = self.facts.ratings
         if stored is None:
             return None
         path = self.folder / stored.file
-        return read_ratings(path.open() if isinstance(path, RemotePath) else path, name=str(path))
+        return read_ratings(readable(path), name=str(path))
 
     def place(self, id: str) -> int:
         """Return the place of one recording in the order in which they are stored."""
@@ -235,7 +230,18 @@ class Store:
         ParameterError
             If the recordings differ in length, rate or axes, or there is no such stream or field.
         """
-        return store_arrays(self, stream, seconds=seconds, by=by)
+        if by not in RecordingInfo.__dataclass_fields__:
+            raise ParameterError(
+                f"by must be a field of the recordings, such as session or subject, got {by!r}"
+            )
+        stream = stream or Preparation().stream_of(list(self.streams))
+        if stream not in self.streams:
+            raise ParameterError(f"stream must be one of {', '.join(self.streams)}, got {stream!r}")
+        infos = [info for info in self.index if stream in self.streams_of(info.id)]
+        held = [self.length(info.id, stream) for info in infos]
+        lengths = common_lengths(held, [self.rate(info.id, stream) for info in infos], seconds)
+        signals = [self.signal(info.id, stream, stop=n) for info, n in zip(infos, lengths, strict=True)]
+        return stacked(infos, signals, by)
 
     def image(self, id: str) -> Image | None:
         """Return the photograph of one recording, or None."""
@@ -310,10 +316,7 @@ class Store:
         places = self._places
         if number not in places.opened:
             stored = places.shards[number]
-            rows = None if self._catalogue is None else self._catalogue.table(number)
-            places.opened[number] = Shard(
-                self.folder / stored.file, stored, self.streams, catalogued=rows, ranges=self._ranges
-            )
+            places.opened[number] = Shard(self.folder / stored.file, stored, self.streams, self._blocks)
         return places.opened[number]
 
 

@@ -200,7 +200,6 @@ class StoreWriter:
             photographs=self.photographs,
             ratings=rated,
             ratings_sha256=rated_hash,
-            catalogue=None,
             unfinished=unfinished,
         )
         if self._store is not None and StoreInfo.load(self.folder) != self.facts:
@@ -216,8 +215,6 @@ class StoreWriter:
             (self.folder / self.facts.ids).unlink(missing_ok=True)
         if self.facts.ratings is not None and self.facts.ratings != rated:
             (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
-        if self.facts.catalogue is not None:
-            (self.folder / self.facts.catalogue.file).unlink(missing_ok=True)
         self.facts = facts
         return facts
 

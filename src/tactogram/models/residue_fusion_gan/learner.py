@@ -11,9 +11,8 @@ from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.residue_fusion_gan.config import Config
 from tactogram.models.residue_fusion_gan.networks import discriminator, generator
-from tactogram.nn.adversarial_loss import feature_matching_loss
+from tactogram.nn.adversarial_loss import feature_matching_loss, gradient_penalty
 from tactogram.nn.bare_and_fixed import bare
-from tactogram.nn.gradient_penalty import gradient_penalty
 from tactogram.nn.label_predictor import PredictorTraining
 from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.perceptual_loss import OMITTED, PerceptualLoss

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.nn.label_projection import LabelProjection
+from tactogram.nn.label_layers import LabelProjection
 
 
 class Generator(nn.Module):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from torch import nn
 
 from tactogram.models.visual_tactile_gan.config import Config
-from tactogram.nn.conditional_batch_norm import ConditionalBatchNorm
 from tactogram.nn.initial_weights import normal_
+from tactogram.nn.label_layers import ConditionalBatchNorm
 from tactogram.nn.patch_discriminator import MultiScaleDiscriminator
 from tactogram.nn.unet import UNet
 

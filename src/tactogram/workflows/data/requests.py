@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import Argument, Option, Request
+from tactogram.workflows.request import ON, Argument, Option, Request
 from tactogram.workflows.signal_options import SignalOptions
-from tactogram.workflows.worker_options import ON
 
 _WORKERS = Option("processes (default: all cores)", least=1)
 
@@ -39,7 +38,6 @@ class ImportRequest(Request):
         Option("facts that the files do not state, e.g. rate=1000", "KEY=VALUE", "--set"),
     ] = None
     workers: Annotated[int | None, _WORKERS] = None
-    on: Annotated[str, ON] = ""
     progress: ProgressCallback = silent
 
 
@@ -188,14 +186,9 @@ class ConversionRequest(SignalOptions):
 
 @dataclass(frozen=True)
 class DataExportRequest(Request):
-    """A store to write in the layout of the Hugging Face Hub's data sets, or of LeRobot."""
+    """A store to write as a data set of the Hugging Face Hub."""
 
     path: Annotated[Path | str, Argument(metavar="DIR")]
     _: KW_ONLY
     out: Annotated[Path | str, Option("new folder", "FOLDER")]
-    to: Annotated[Literal["hub", "lerobot"], Option("hub: a row per recording; lerobot: a row per frame")] = (
-        "hub"
-    )
-    fps: Annotated[int | None, Option("lerobot: frames per second (default: 50)", "N", least=1)] = None
     push: Annotated[str | None, Option("also upload it, e.g. as lab/cork", "REPO")] = None
-    progress: ProgressCallback = silent

@@ -6,7 +6,6 @@ from collections import Counter
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from tactogram.datasets import (
@@ -23,7 +22,6 @@ from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.mapping import read_mapping, write_mapping
 from tactogram.datasets.preview import preview_dataset, proposed_layouts
 from tactogram.datasets.rates import CommonRates
-from tactogram.datasets.reading import Reader, read_all
 from tactogram.datasets.recording import FileReading
 from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
@@ -31,7 +29,6 @@ from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
 from tactogram.signal.io.writable import check_writable
-from tactogram.workflows.data.cluster_reading import read_on
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
@@ -57,8 +54,7 @@ def list_sets() -> dict[str, Any]:
 def import_store(request: ImportRequest) -> dict[str, Any]:
     """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned.
 
-    If ``out`` is a URL, the store is written to the system's temporary folder and copied from there. With ``preview``
-    nothing but the file ``save_mapping`` is written, and the result is that of
+    With ``preview`` nothing but the file ``save_mapping`` is written, and the result is that of
     `tactogram.datasets.preview.preview_dataset` with ``mapping`` (the file written, if any) and ``unused_layouts``
     (columns of layouts in ``mapping`` that no file has).
     """
@@ -68,29 +64,17 @@ def import_store(request: ImportRequest) -> dict[str, Any]:
         raise ParameterError("save_mapping must come with `preview`")
     if request.out is None:
         raise ParameterError("out must be given, except with `preview`")
-    if not is_remote(request.out):
-        return _import_to(Path(request.out), request)
-    with TemporaryDirectory(prefix="tactogram-import-") as folder:
-        report = _import_to(Path(folder) / "store", request)
-        copied = copy_store(
-            Path(folder) / "store", request.out, progress=partial(request.progress, "copying")
+    if is_remote(request.out):
+        raise ParameterError(
+            f"out must be a folder, got {request.out}; `tactogram data copy` the store there afterwards"
         )
-    return report | {"out": str(copied.path)}
-
-
-def _import_to(out: Path, request: ImportRequest) -> dict[str, Any]:
-    path = Path(request.path)
-    read: Reader = read_all
-    if request.on:
-        path, read = path.absolute(), partial(read_on, request.on)
     return import_dataset(
         request.set_name,
-        path,
-        out,
+        Path(request.path),
+        Path(request.out),
         options=_options(request),
         skip_bad=request.skip_bad,
         workers=request.workers,
-        read=read,
         progress=partial(request.progress, "reading"),
     )
 
@@ -103,8 +87,6 @@ def _options(request: ImportRequest) -> dict[str, Any]:
 
 
 def _preview(request: ImportRequest) -> dict[str, Any]:
-    if request.on:
-        raise ParameterError("on must be omitted with `preview`, which reads on this machine")
     saved = None if request.save_mapping is None else Path(request.save_mapping)
     if saved is not None:
         if saved.exists():

@@ -79,10 +79,9 @@ def evaluate(request: EvaluationRequest) -> dict[str, Any]:
         sections=sections,
         simulated=facts["simulated"] or loaded.simulated,
     )
-    figures["report"] = f"{loaded.run.place}/{report.name}"
+    figures["report"] = str(report)
     figures = {name: _finite(value) for name, value in figures.items()}
     loaded.run.write_json("evaluation.json", figures)
-    loaded.run.publish()
     return figures
 
 

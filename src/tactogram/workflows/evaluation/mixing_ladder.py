@@ -106,9 +106,8 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
         "seed": seed,
         "condition": request.condition,
     }
-    name = f"mixing/{_file(f'{start}-{end}-{mode}')}"
-    folder = Path(request.out) if request.out else loaded.run.folder / name
-    place = str(folder) if request.out else f"{loaded.run.place}/{name}"
+    own = loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
+    folder = Path(request.out) if request.out else own
     if request.reuse and (known := _read(folder / "ladder.json")) and requested.items() <= known.items():
         return known
     check_writable(folder, folder=True)
@@ -127,7 +126,7 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
                 "simulated": mixes.simulated,
             },
         )
-        sounds.append(f"{place}/{file.name}")
+        sounds.append(str(file))
     title = f"{loaded.facts.name}: {start} to {end}, {MODES[mode]}"
     figure = mixes.figure(title=title + (" (trained on simulated data)" if mixes.simulated else ""))
     result = {
@@ -137,11 +136,10 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
         "ladder": mixes.ladder.as_dict(),
         "without_level": _as_dict(mixes.without_level),
         "against_recordings": _as_dict(mixes.against_recordings),
-        "figure": f"{place}/{save_figure(folder / 'ladder.png', figure).name}",
+        "figure": str(save_figure(folder / "ladder.png", figure)),
         "sounds": sounds,
     }
     write_text(folder / "ladder.json", json.dumps(result, indent=1, ensure_ascii=False) + "\n")
-    loaded.run.publish()
     return result
 
 

@@ -1,28 +1,27 @@
-"""Runs in the layout of the Hugging Face Hub: weights, configuration, card, and results where the Hub finds them.
+"""Runs in the layout of the Hugging Face Hub: weights, a card with the results, and the run's own files beside them.
 
-The run's own files are beside them, so that nothing is lost on the way back. Paths of this machine are left out.
+Paths of this machine are left out.
 """
 
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import DataError, ParameterError, RunError
-from tactogram.extras import imported
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
 from tactogram.signal.io.atomic import write_text
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.workflows import hub
-from tactogram.workflows.evaluated_runs import evaluation_results
-from tactogram.workflows.new_folder import new_folder
+from tactogram.workflows.results_table import evaluation_results
 from tactogram.workflows.training import known_photographs
 from tactogram.workflows.training.loaded_run import model_of
-from tactogram.workflows.training.run_archive import check_foreign
+from tactogram.workflows.training.run_archive import check_foreign, import_run
 from tactogram.workflows.training.surface_index import INDEX_FILES
 
 NEEDED = ("recipe.toml", "data.json", "model.safetensors", "model.json")
@@ -34,8 +33,6 @@ OPTIONAL = (
     known_photographs.FILE,
     "evaluation.json",
 )
-RESULTS = ".eval_results/tactogram.yaml"
-"""Where the Hub looks for results."""
 OF_THIS_MACHINE = {"data.json": ("path", "model_folders"), "evaluation.json": ("report",)}
 TASKS = {
     "classification": "tactile-classification",
@@ -59,32 +56,40 @@ def export_hub(run: Path | str, out: Path | str, *, push: str | None = None) -> 
     found.facts()
     info = model_of(found)
     with new_folder(Path(out)) as folder:
-        for name in (*NEEDED, *OPTIONAL):
-            if (found.folder / name).is_file():
-                _copy(found.folder / name, folder / name)
+        for name in _files_in(found.folder):
+            _copy(found.folder / name, folder / name)
         copied = Run(folder)
-        copied.write_json("config.json", _config(copied, info))
+        # The Hub counts the downloads of this file.
+        copied.write_json("config.json", {"library_name": "tactogram", "model_type": info.name})
         write_text(folder / "README.md", _card(copied, info, found.name))
-        _write_results(copied)
-        files = sorted(path for path in folder.rglob("*") if path.is_file())
+        files = list(folder.iterdir())
         facts = {"folder": str(out), "files": len(files), "bytes": sum(f.stat().st_size for f in files)}
     return facts | ({"pushed": hub.push(Path(out), push, kind="model")} if push else {})
 
 
-def import_hub(folder: Path | str, out: Path | str) -> dict[str, Any]:
-    """Put the run in a folder that `export_hub` wrote into the folder ``out``; return ``run`` and ``files``.
+def import_from(source: Path | str, out: Path | str) -> dict[str, Any]:
+    """Put a run from a zip file, a folder of `export_hub`, or ``hf://OWNER/NAME`` into the folder ``out``.
+
+    Returns ``run`` and ``files``.
 
     Raises
     ------
     RunError
-        If it is no such folder, or ``out`` exists.
+        If it is no run, cannot be had, or ``out`` exists.
     """
-    source = Path(folder)
+    if str(source).startswith(hub.PREFIX):
+        with tempfile.TemporaryDirectory(prefix="tactogram-hub-") as folder:
+            hub.pull(str(source).removeprefix(hub.PREFIX), Path(folder))
+            return _import_hub(Path(folder), out)
+    return _import_hub(Path(source), out) if Path(source).is_dir() else import_run(source, out)
+
+
+def _import_hub(source: Path, out: Path | str) -> dict[str, Any]:
     for name in NEEDED:
         if not (source / name).is_file():
             raise RunError(f"{source}: not a run in the layout of the Hub: it has no {name}")
+    names = _files_in(source)
     with new_folder(Path(out)) as part:
-        names = [name for name in (*NEEDED, *OPTIONAL) if (source / name).is_file()]
         for name in names:
             shutil.copyfile(source / name, part / name)
         run = Run(part)
@@ -94,6 +99,10 @@ def import_hub(folder: Path | str, out: Path | str) -> dict[str, Any]:
         except (DataError, ParameterError) as error:
             raise RunError(f"{source}: not a run of this package: {error}") from error
     return {"run": str(out), "files": len(names)}
+
+
+def _files_in(folder: Path) -> list[str]:
+    return [name for name in (*NEEDED, *OPTIONAL) if (folder / name).is_file()]
 
 
 def _copy(source: Path, target: Path) -> None:
@@ -107,47 +116,20 @@ def _copy(source: Path, target: Path) -> None:
     Run(target.parent).write_json(target.name, {**kept, "path": ""} if "path" in values else kept)
 
 
-def _config(run: Run, info: ModelInfo) -> dict[str, Any]:
-    recipe, facts = run.recipe, run.facts()
-    packages = run.read_json("environment.json").get("packages", {}) if _has(run, "environment.json") else {}
-    return {
-        "library_name": "tactogram",
-        "tactogram_version": packages.get("tactogram"),
-        "model_type": info.name,
-        "task": info.task,
-        "run_id": run.data["run_id"],
-        "kind": facts["kind"],
-        "prepare": recipe.prepare.model_dump(mode="json"),
-        "config": info.config(recipe.config).model_dump(mode="json"),
-        "seed": recipe.seed,
-    }
-
-
-def _has(run: Run, name: str) -> bool:
-    return (run.folder / name).is_file()
-
-
-def _evaluation(run: Run) -> dict[str, Any]:
-    return run.read_json("evaluation.json") if _has(run, "evaluation.json") else {}
-
-
-def _slug(text: str) -> str:
-    return "-".join("".join(c if c.isalnum() else " " for c in text.lower()).split()) or "data"
-
-
 def _card(run: Run, info: ModelInfo, name: str) -> str:
     """Return the model card: YAML that the Hub reads, then text."""
     from huggingface_hub import EvalResult, ModelCardData
 
-    data, kind, evaluation = run.data, run.kind(), _evaluation(run)
+    data, kind = run.data, run.kind()
+    evaluation = run.read_json("evaluation.json") if (run.folder / "evaluation.json").is_file() else {}
     results, on = evaluation_results(evaluation), evaluation.get("data", {})
     entries = [
         EvalResult(
             task_type=TASKS[info.task],
-            dataset_type=_slug(on.get("name", data["name"])),
-            dataset_name=on.get("name", data["name"]),
-            dataset_split=on.get("split"),
-            dataset_revision=on.get("sha256"),
+            dataset_type=_slug(on["name"]),
+            dataset_name=on["name"],
+            dataset_split=on["split"],
+            dataset_revision=on["sha256"],
             metric_type=_slug(metric),
             metric_name=metric,
             metric_value=value,
@@ -171,7 +153,7 @@ def _card(run: Run, info: ModelInfo, name: str) -> str:
         f"{info.title} ({', '.join(info.authors)}, {info.year}), trained with tactogram.",
         "Trained on simulated data." if kind.simulated else "",
         "## Data",
-        f"{data['name']}, licence of the data: {data.get('licence', 'not stated')}; SHA-256 of its content "
+        f"{data['name']}, licence of the data: {data['licence']}; SHA-256 of its content "
         f"`{data['sha256']}`. Signals: {signals}."
         + (f" Materials: {', '.join(kind.materials)}." if kind.materials else ""),
         "## Results",
@@ -191,24 +173,5 @@ def _results_text(results: Mapping[str, float], on: Mapping[str, Any]) -> str:
     return "\n".join((where, "", "| figure | value |", "| --- | --- |", *rows))
 
 
-def _write_results(run: Run) -> None:
-    """Write the figures of an evaluation in the Hub's own format."""
-    library = hub.hub_library()
-    evaluation = _evaluation(run)
-    on = evaluation.get("data", {})
-    notes = f"{on.get('split', '')}{'; simulated data' if on.get('simulated') else ''}"
-    entries = [
-        library.EvalResultEntry(
-            dataset_id=_slug(on["name"]),
-            task_id=_slug(metric),
-            value=value,
-            dataset_revision=on["sha256"],
-            notes=notes,
-        )
-        for metric, value in evaluation_results(evaluation).items()
-    ]
-    if entries:
-        target = run.folder / RESULTS
-        target.parent.mkdir()
-        dump = imported("huggingface_hub.repocard", extra="hub", what="results").yaml_dump
-        write_text(target, dump(library.eval_result_entries_to_yaml(entries)))
+def _slug(text: str) -> str:
+    return "-".join("".join(c if c.isalnum() else " " for c in text.lower()).split()) or "data"

@@ -16,8 +16,7 @@ from tactogram.model import Classifier, Condition, Embedder, Generator, ImageKin
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Image, Signal
 from tactogram.signal.resampling import resample
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.training.seeds import surface_seed
 
 
@@ -138,7 +137,7 @@ class LoadedRun:
 
 
 def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
-    """Return the finished run in ``folder``, or at a URL such as ``s3://bucket/run``.
+    """Return the finished run in ``folder``.
 
     ``model_folders`` are further to those recorded in it.
 
@@ -160,7 +159,7 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
         model.load_state(state)
     except (KeyError, TypeError, ValueError, RuntimeError) as error:
         line = str(error).split("\n")[0]
-        raise RunError(f"{run.place}: the weights do not fit the recipe: {line}") from error
+        raise RunError(f"{run.folder}: the weights do not fit the recipe: {line}") from error
     return LoadedRun(run, facts, recipe, kind, model)
 
 
@@ -194,7 +193,7 @@ def test_part(run: Run) -> tuple[Store, Split]:
     try:
         store = open_store(facts["path"])
     except Exception as error:
-        raise RunError(f"{run.place}: its data is not at {facts['path']} any more; give `data`") from error
+        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give `data`") from error
     split = Split.load(run.folder / "split.json")
     if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
         raise RunError(

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import Argument, Option, Request
-from tactogram.workflows.worker_options import ON, PROCESSES
+from tactogram.workflows.request import ON, PROCESSES, Argument, Option, Request
 
 if TYPE_CHECKING:
     from tactogram.datasets import Label
@@ -81,10 +80,9 @@ class ProcessOptions(TrainingOptions):
     devices: Annotated[
         int,
         Option(
-            "processes per machine, each with its own GPU, or on processors; a batch is divided among all"
+            "processes of this machine, each with its own GPU, or on processors; a batch is divided among all"
         ),
     ] = 1
-    nodes: Annotated[int, Option("machines; more than one are started by torchrun")] = 1
     logger: Annotated[LoggerName | None, Option("also log losses and validation to it")] = None
 
 

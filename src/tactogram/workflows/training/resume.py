@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
 
 from tactogram import models
 from tactogram.datasets import Split, open_store
 from tactogram.errors import DataError, RunError
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
+from tactogram.training.run import Run, open_run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.rated_examples import RatingData
@@ -24,7 +22,6 @@ def resume(
     data: Path | str | None = None,
     accelerator: str = "auto",
     devices: int = 1,
-    nodes: int = 1,
     logger: LoggerName | None = None,
     model_folders: Sequence[Path] = (),
     progress: ProgressCallback = silent,
@@ -38,7 +35,9 @@ def resume(
     Raises
     ------
     RunError
-        If there is no run, its data is gone or has changed, its split is missing, or another process trains it.
+        If there is no run, its data is gone or has changed, or another process trains it.
+    DataError
+        If its split is missing.
     StoppedError
         If ``stop`` ended it; the message names the last step.
     """
@@ -51,7 +50,6 @@ def resume(
         resume=True,
         accelerator=accelerator,
         devices=devices,
-        nodes=nodes,
         logger=logger,
         progress=progress,
         stop=stop,
@@ -60,15 +58,19 @@ def resume(
 
 def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> TrainingPlan:
     """Return the plan that the folder of ``run`` records; errors as of `resume`."""
-    (begun, parts), recipe = _recorded(run), run.recipe
+    begun, recipe, parts = run.data, run.recipe, Split.load(run.folder / "split.json")
+    if missing := {"path", "sha256", "label"} - begun.keys():
+        raise RunError(
+            f"{run.folder / 'data.json'}: damaged: lacks {', '.join(sorted(missing))}; train again"
+        )
     path = data or begun["path"]
     try:
         store = open_store(path)
     except DataError as error:
-        raise RunError(f"{run.place}: its data is not at {path}; give `data`: {error}") from error
+        raise RunError(f"{run.folder}: its data is not at {path}; give `data`: {error}") from error
     if store.sha256 != begun["sha256"]:
         raise RunError(
-            f"{run.place}: {path} has changed since the run began; give the unchanged data set as `data`, "
+            f"{run.folder}: {path} has changed since the run began; give the unchanged data set as `data`, "
             "or start another run"
         )
     folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
@@ -77,16 +79,3 @@ def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence
     return TrainingPlan(
         store, facts, recipe, facts.config(recipe.config), parts, rated, begun["label"], folders
     )
-
-
-def _recorded(run: Run) -> tuple[dict[str, Any], Split]:
-    """Return the data facts and split of a run, or refuse with the way to continue without them."""
-    begun, split = run.data, run.folder / "split.json"
-    missing = [f"data.json: {name}" for name in ("path", "sha256", "label") if name not in begun]
-    missing += [] if split.is_file() else [split.name]
-    if missing:
-        raise RunError(
-            f"{run.place}: does not record its request (no {', '.join(missing)}); continue it with `tactogram train "
-            f"{run.recipe.model} --data DIR … --out {run.place} --resume` and the original arguments"
-        )
-    return begun, Split.load(split)

@@ -7,11 +7,10 @@ import zlib
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import RunError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
-from tactogram.workflows.new_folder import new_folder
+from tactogram.training.run import Run, open_run
 
 LEFT_OUT = {"checkpoint.safetensors"}
 LARGEST_BYTES = 8 * 2**30

@@ -8,9 +8,8 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.recipe import dotted
-from tactogram.training.remote_run import open_run
-from tactogram.training.run import Run
-from tactogram.workflows.evaluated_runs import evaluation_results, numbers_of
+from tactogram.training.run import Run, open_run
+from tactogram.workflows.results_table import evaluation_results, numbers_of
 
 OMITTED = ("model", "seed")
 """Settings with a row of their own."""
@@ -21,7 +20,7 @@ def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
 
     Parameters
     ----------
-    runs : sequence of path or URL
+    runs : sequence of path
         Two or more, finished or not.
 
     Returns
@@ -47,7 +46,7 @@ def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
     results = [_results(run, evaluation) for run, evaluation in zip(opened, evaluations, strict=True)]
     names = dict.fromkeys(name for found in results for name in found)
     return {
-        "runs": [run.place for run in opened],
+        "runs": [str(run.folder) for run in opened],
         "facts": _facts(opened, evaluations),
         "settings": {
             key: [values[key] for values in settings]

@@ -20,10 +20,10 @@ def claim_run(run: Run, identity: str, resume: bool) -> None:
         run.check_free()
         return
     if not (run.folder / "recipe.toml").exists():
-        raise RunError(f"{run.place}: nothing to resume here; omit `resume` to start a run")
+        raise RunError(f"{run.folder}: nothing to resume here; omit `resume` to start a run")
     if run.data["run_id"] != identity:
         raise RunError(
-            f"{run.place}: was begun with another recipe, split or data; resume with the same ones, "
+            f"{run.folder}: was begun with another recipe, split or data; resume with the same ones, "
             "or choose another `out`"
         )
     check_idle(run.folder)

@@ -19,14 +19,13 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import TrainingPosition, fit
-from tactogram.training.processes import Processes
 from tactogram.workflows.progress import silent
 from tactogram.workflows.training.plan import planned
 from tactogram.workflows.training.requests import TrainingRequest, never
 from tactogram.workflows.training.search_space import Dimension, SearchSpace
 from tactogram.workflows.training.train import steps_done, train, training_material
 from tactogram.workflows.workers import absolute
-from tactogram.workflows.workers.outcome import one_thread
+from tactogram.workflows.workers.one_task import one_thread
 from tactogram.workflows.workers.ray_cluster import connected
 
 NINTHS, FACTOR = 9, 3
@@ -196,9 +195,10 @@ def _trial(changes: Mapping[str, Any], *, request: TrainingRequest, measure: str
 
 def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None:
     plan = planned(request)
-    kind, examples, validation = training_material(plan, Processes(), None, silent, never)
+    fabric = make_fabric(plan.recipe.training, accelerator=request.accelerator)
+    kind, examples, validation = training_material(plan, fabric, None, silent, never)
     learner = plan.facts.build(plan.config, kind, seed=plan.recipe.seed)
-    learner.setup(make_fabric(plan.recipe.training, accelerator=request.accelerator))
+    learner.setup(fabric)
     if isinstance(learner, CheckpointSelector):
         learner.set_validation(validation)
     stages = learner.stages(examples)

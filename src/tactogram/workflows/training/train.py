@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
+
+import torch.distributed as dist
 
 from tactogram.datasets import part_examples, require_photographs, signal_kind
 from tactogram.datasets.scratch import scratch_of
@@ -31,9 +32,7 @@ from tactogram.signal.io.writable import check_writable
 from tactogram.training.device import chosen_precision, make_fabric, memory_checked
 from tactogram.training.loggers import TrainingLogger, check_logger, make_logger
 from tactogram.training.loop import BEGINNING, TrainingPosition, fit
-from tactogram.training.processes import ALONE, Processes, devices_and_nodes
-from tactogram.training.remote_run import run_at
-from tactogram.training.run import Run
+from tactogram.training.run import Run, run_at
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.known_photographs import save_photographs
@@ -67,7 +66,6 @@ def train(request: TrainingRequest) -> Run:
         resume=request.resume,
         accelerator=request.accelerator,
         devices=request.devices,
-        nodes=request.nodes,
         logger=request.logger,
         progress=request.progress,
         stop=request.stop,
@@ -81,7 +79,6 @@ def train_plan(
     resume: bool = False,
     accelerator: str = "auto",
     devices: int = 1,
-    nodes: int = 1,
     logger: LoggerName | None = None,
     prepared: Path | None = None,
     progress: ProgressCallback = silent,
@@ -97,25 +94,22 @@ def train_plan(
     facts, chosen = plan.facts, plan.recipe
     if logger:
         check_logger(logger)
-    devices, nodes = devices_and_nodes(devices, nodes)
-    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices, nodes=nodes)
-    processes = Processes(fabric)
-    first = processes.first
+    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
+    first = fabric.is_global_zero
     if first:
         claim_run(run, plan.identity, resume)
-    if processes.agreed(run.finished):
+    if fabric.broadcast(run.finished):
         return run
     if first:
         check_writable(run.folder, folder=True)
     else:
         progress = silent
-    kind, examples, validation = training_material(plan, processes, prepared, progress, stop)
+    kind, examples, validation = training_material(plan, fabric, prepared, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
-    if processes.count > 1 and not isinstance(learner, SharedLearner):
+    if devices > 1 and not isinstance(learner, SharedLearner):
         raise ParameterError(
-            f"{facts.name} cannot divide its batches, or is a closed form: train it in one process, without devices "
-            "and nodes"
+            f"{facts.name} cannot divide its batches, or is a closed form: train it in one process, without devices"
         )
     chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
     stages = learner.stages(examples)  # refuses unsuitable examples before anything is written
@@ -127,9 +121,9 @@ def train_plan(
         progress(task, 1, 1, note)
     if first and not resume:
         begin(run, plan)
-    processes.barrier()
+    fabric.barrier()
     with run_lock(run.folder) if first else nullcontext():
-        start = _restored(run, learner, processes) if resume else TrainingPosition()
+        start = _restored(run, learner, fabric) if resume else TrainingPosition()
         log = None
         try:
             if logger and first:
@@ -142,7 +136,7 @@ def train_plan(
                     chosen,
                     run=run,
                     start=start,
-                    processes=processes,
+                    fabric=fabric,
                     logger=log,
                     progress=progress,
                     stop=stop,
@@ -153,7 +147,9 @@ def train_plan(
             if first and not resume:
                 discard_run(run)
             raise
-        processes.leave()
+        if devices > 1:  # what follows, such as a validation, the first one does alone
+            fabric.barrier()
+            dist.destroy_process_group()
         if first:
             found = _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
         if log:
@@ -168,13 +164,12 @@ def steps_done(stages: Sequence[Stage], position: TrainingPosition) -> int:
     return sum(stage.steps for stage in stages[: position.stage]) + position.step
 
 
-def _restored(run: Run, learner: Learner, processes: Processes) -> TrainingPosition:
-    """Load the last checkpoint into every process's ``learner``; the first one alone needs the file."""
-    start = run.restore(learner) if processes.first else BEGINNING
-    start = processes.agreed(start)
-    if start != BEGINNING and processes.count > 1:
-        state = processes.agreed(learner.state() if processes.first else {})
-        if not processes.first:
+def _restored(run: Run, learner: Learner, fabric: Any) -> TrainingPosition:
+    """Load the last checkpoint into every process's ``learner``."""
+    start: TrainingPosition = fabric.broadcast(run.restore(learner) if fabric.is_global_zero else None)
+    if start != BEGINNING and fabric.world_size > 1:
+        state = fabric.broadcast(learner.state() if fabric.is_global_zero else None)
+        if not fabric.is_global_zero:
             learner.load_state(state)
     return start
 
@@ -187,7 +182,7 @@ def update_text(stages: Sequence[Stage]) -> str:
 
 def training_material(
     plan: TrainingPlan,
-    processes: Processes,
+    fabric: Any,
     prepared: Path | None,
     progress: ProgressCallback,
     stop: Callable[[], bool],
@@ -197,14 +192,15 @@ def training_material(
     if rated is not None:
         examples = rated.examples(parts, "train", prepare)
         return rated.kind(examples), examples, rated.examples(parts, "validation", prepare)
-    several = processes.count > 1
-    cache = processes.agreed_on_machine(partial(scratch_of, processes)) if several else prepared
+    cache = prepared
+    if fabric.world_size > 1:
+        cache = fabric.broadcast(scratch_of(fabric) if fabric.is_global_zero else None)
     recorded = part_examples(plan.store, parts, "train", prepare, label=plan.label, cache_dir=cache)
     if "image" in plan.facts.needs:
         require_photographs(recorded)
-    # Each process reads its own shards, for all processes of its machine.
-    recorded.prepare_all(share=processes.share_on_machine(), progress=_preparing(progress, stop))
-    processes.barrier()
+    if fabric.is_global_zero:
+        recorded.prepare_all(progress=_preparing(progress, stop))
+    fabric.barrier()
     kind = signal_kind(recorded, simulated=plan.store.simulated)
     ratings = plan.store.ratings
     if "words" in plan.facts.instead and ratings is not None:
@@ -252,13 +248,15 @@ def run_training(
     *,
     run: Run | None = None,
     start: TrainingPosition = BEGINNING,
-    processes: Processes = ALONE,
+    fabric: Any = None,
     logger: TrainingLogger | None = None,
     task: str = "",
     progress: ProgressCallback = silent,
     stop: Callable[[], bool] = never,
 ) -> None:
     """Fit ``learner``; log to ``logger`` and ``run`` and save to ``run`` where there are any, and show progress.
+
+    ``fabric``, of the processes that train together, must come with ``run``.
 
     Raises
     ------
@@ -274,23 +272,23 @@ def run_training(
         if logger is not None and due:
             values = {f"{stage.name}/{name}": value for name, value in losses.items()}
             logger.log_metrics(values, step=steps_done(stages, position))
-        if run is not None and processes.first:
+        if run is not None and fabric.is_global_zero:
             if due:
                 run.log(position, losses)
             if position.step % every.checkpoint_every == 0 or last:
                 run.save_checkpoint(learner, position)
         note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
         progress(f"{task}{stage.name}", position.step, stage.steps, note)
-        if run is not None and processes.any(stop()):
-            if processes.first:
+        if run is not None and fabric.broadcast(stop()):
+            if fabric.is_global_zero:
                 run.save_checkpoint(learner, position)
-            processes.barrier()
+            fabric.barrier()
             raise StoppedError(
                 f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
-                f"{run.place}: `tactogram train --resume {run.place}` continues it"
+                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
             )
 
-    fit(learner, examples, seed=recipe.seed, start=start, processes=processes, on_step=on_step)
+    fit(learner, examples, seed=recipe.seed, start=start, fabric=fabric, on_step=on_step)
 
 
 def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable[[int, int], None]:

@@ -3,8 +3,8 @@
 Starting a worker imports this package: `kept`, which needs more, is imported by its own name.
 """
 
-from tactogram.workflows.workers.outcome import Outcome as Outcome
 from tactogram.workflows.workers.tasks import (
+    Outcome as Outcome,
     absolute as absolute,
     in_order as in_order,
     run_tasks as run_tasks,

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import logging
-import math
 import os
 import socket
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
@@ -15,7 +13,7 @@ from typing import Any, TypeVar
 from tactogram.datasets.examples import cores
 from tactogram.errors import ParameterError, one_line
 from tactogram.extras import imported
-from tactogram.workflows.workers.outcome import ATTEMPTS, ONE_THREAD, Attempt, attempted, died
+from tactogram.workflows.workers.one_task import ATTEMPTS, ONE_THREAD, Attempt, attempted
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -24,8 +22,6 @@ STORE_BYTES = 200_000_000
 """Shared memory of a Ray that is started here: values are small, and containers have little of it."""
 WAITING = 4
 """Tasks per core that Ray holds at a time: enough to keep all cores busy, and few values that wait to be taken."""
-EVERY_S = 2.0
-"""Time after which the cluster is asked again how many cores it has: nodes come and go."""
 # Tasks see the node's GPUs, as processes of the local pool do: Ray would hide them from tasks that reserve none.
 _GPUS = {"RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO": "0"}
 _DRIVER = {"RAY_usage_stats_enabled": "0", **_GPUS}
@@ -33,26 +29,31 @@ _DRIVER = {"RAY_usage_stats_enabled": "0", **_GPUS}
 
 def on_ray(
     function: Callable[[T], R], tasks: Sequence[T], address: str, processes: int
-) -> Iterator[tuple[int, Attempt[R]]]:
-    """Yield the number of each task with its attempt, as they end; "" for ``address`` is a Ray of this machine."""
+) -> Iterator[tuple[T, Attempt[R]]]:
+    """Yield each task with its attempt, as they end; "" for ``address`` is a Ray of this machine."""
     with connected(address, processes) as ray:
         remote = ray.remote(num_cpus=1, max_retries=ATTEMPTS - 1, runtime_env={"env_vars": _environment()})
-        attempt, shared = remote(_attempted_on_ray), ray.put(function)
-        todo = iter(range(len(tasks)))
-        running: dict[Any, int] = {}
-        asked, most = -math.inf, 0
+        attempt, shared = remote(attempted), ray.put(function)
+        todo = iter(tasks)
+        running: dict[Any, T] = {}
         try:
             while True:
-                if time.monotonic() > asked + EVERY_S:
-                    asked = time.monotonic()
-                    most = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1)))
-                for number in islice(todo, max(most - len(running), 0)):
-                    running[attempt.remote(shared, tasks[number])] = number
+                most = WAITING * max(1, int(ray.cluster_resources().get("CPU", 1)))  # nodes come and go
+                for task in islice(todo, max(most - len(running), 0)):
+                    running[attempt.remote(shared, task)] = task
                 if not running:
                     break
-                for reference in ray.wait(list(running), num_returns=1)[0]:
-                    number = running.pop(reference)
-                    yield number, _taken(ray, reference)
+                [reference], _ = ray.wait(list(running))
+                task = running.pop(reference)
+                try:
+                    yield task, ray.get(reference)
+                except ray.exceptions.RayTaskError:  # a bug in the function
+                    raise
+                except ray.exceptions.RayError:  # a worker or node died again and again
+                    yield (
+                        task,
+                        (None, f"its worker died {ATTEMPTS} times; the system may have run out of memory"),
+                    )
         finally:
             for reference in running:
                 ray.cancel(reference, force=True)
@@ -110,20 +111,3 @@ def _environment() -> dict[str, str]:
     own = {name: text for name, text in os.environ.items() if name.startswith("TACTOGRAM_")}
     path = {"PYTHONPATH": os.environ["PYTHONPATH"]} if os.environ.get("PYTHONPATH") else {}
     return {**own, **path, **ONE_THREAD, **_GPUS}
-
-
-def _attempted_on_ray(function: Callable[[T], R], task: T) -> Attempt[R]:
-    import ray
-
-    node = ray.get_runtime_context().get_node_id()
-    return attempted(function, task, f"{socket.gethostname()} {node[:6]} {os.getpid()}")
-
-
-def _taken(ray: Any, reference: Any) -> Attempt[Any]:
-    try:
-        taken: Attempt[Any] = ray.get(reference)
-    except ray.exceptions.RayTaskError as error:  # a bug in the function: shown as if it had run here
-        raise error.as_instanceof_cause() from None
-    except ray.exceptions.RayError as error:
-        return died(type(error).__name__)
-    return taken

@@ -2,18 +2,37 @@
 
 from __future__ import annotations
 
+import os
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
-from tactogram.errors import ParameterError
+from tactogram.datasets.reading import start_worker
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.main_script import allowed_processes
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.workers.local_pool import in_process, in_processes
-from tactogram.workflows.workers.outcome import Outcome
+from tactogram.workflows.workers.one_task import ATTEMPTS, ONE_THREAD, Attempt, attempted
 
 T = TypeVar("T")
 R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[T, R]):
+    """Result of a task."""
+
+    task: T
+    """As given."""
+    value: R | None
+    """What the function returned."""
+    error: str | None
+    """One line; None if it succeeded."""
 
 
 def run_tasks(
@@ -27,12 +46,12 @@ def run_tasks(
 ) -> Iterator[Outcome[T, R]]:
     """Yield the outcome of each task as it is done, in any order.
 
-    Every task runs on one thread. A `TactogramError` is the task's outcome; any other exception ends all. A task whose
-    worker or node dies is done again, up to `ATTEMPTS` times. Nothing is kept: a caller that writes the values to files
-    and leaves out the tasks whose files exist goes on where it was killed.
+    Every task runs on one thread. A `TactogramError` is the task's outcome; any other exception ends all. What is lost
+    when a worker or node dies is done again, up to `ATTEMPTS` times. Nothing is kept: a caller that writes the values
+    to files and leaves out the tasks whose files exist goes on where it was killed.
 
     Raises `ParameterError` for another ``on``, or an address at which no cluster answers; `MissingExtraError` if Ray is
-    not installed.
+    not installed; `TactogramError` if processes of this machine die again and again.
 
     Parameters
     ----------
@@ -51,33 +70,62 @@ def run_tasks(
         raise ParameterError(f"on must be ray or ray:ADDRESS, got {on!r}")
     if processes < 1:
         raise ParameterError(f"processes must be at least 1, got {processes}")
-    if not engine:
-        allowed_processes(processes, 1)
-    return _outcomes(function, tasks, engine, address, name, processes, progress)
-
-
-def _outcomes(
-    function: Callable[[T], R],
-    tasks: Sequence[T],
-    engine: str,
-    address: str,
-    name: Callable[[T], str],
-    processes: int,
-    progress: ProgressCallback,
-) -> Iterator[Outcome[T, R]]:
     if engine:
         from tactogram.workflows.workers.ray_cluster import on_ray
 
-        ended = on_ray(function, tasks, address, processes)
-    elif processes == 1:
-        ended = in_process(function, tasks)
+        attempts = on_ray(function, tasks, address, processes)
+    elif allowed_processes(processes, 1) == 1:
+        attempts = ((task, attempted(function, task)) for task in tasks)
     else:
-        ended = in_processes(function, tasks, processes)
-    done = 0
-    for number, attempt in ended:
-        task, done = tasks[number], done + 1
-        progress("tasks", done, len(tasks), name(task))
-        yield Outcome(task, attempt.value, attempt.error, attempt.seconds, attempt.worker)
+        attempts = _in_processes(function, tasks, processes)
+    return _outcomes(attempts, len(tasks), name, progress)
+
+
+def _outcomes(
+    attempts: Iterator[tuple[T, Attempt[R]]],
+    total: int,
+    name: Callable[[T], str],
+    progress: ProgressCallback,
+) -> Iterator[Outcome[T, R]]:
+    for done, (task, (value, error)) in enumerate(attempts, start=1):
+        progress("tasks", done, total, name(task))
+        yield Outcome(task, value, error)
+
+
+def _in_processes(
+    function: Callable[[T], R], tasks: Sequence[T], processes: int
+) -> Iterator[tuple[T, Attempt[R]]]:
+    """Yield each task with its attempt, as they end; few wait at a time, so that memory stays flat."""
+    left = deque(tasks)
+    context = get_context("spawn")
+    for _ in range(ATTEMPTS):
+        running: dict[Future[Attempt[R]], T] = {}
+        ends, ended = context.Pipe(duplex=False)  # closing it ends the processes, whatever they do
+        pool = ProcessPoolExecutor(processes, mp_context=context, initializer=_begin, initargs=(ends,))
+        try:
+            while True:
+                while left and len(running) < 2 * processes:
+                    future = pool.submit(attempted, function, left[0])
+                    running[future] = left.popleft()
+                if not running:
+                    return
+                for future in wait(running, return_when=FIRST_COMPLETED).done:
+                    attempt = future.result()
+                    yield running.pop(future), attempt
+        except BrokenProcessPool:
+            left.extendleft(running.values())
+        finally:
+            ended.close()
+            pool.shutdown(cancel_futures=True)
+            ends.close()
+    raise TactogramError(
+        f"workers died {ATTEMPTS} times; the system may have run out of memory: ask for fewer processes"
+    )
+
+
+def _begin(ends: Connection) -> None:
+    os.environ |= ONE_THREAD
+    start_worker(ends)
 
 
 def in_order(outcomes: Iterable[Outcome[tuple[int, T], R]]) -> Iterator[Outcome[tuple[int, T], R]]:

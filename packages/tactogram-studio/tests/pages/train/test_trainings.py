@@ -8,8 +8,8 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
-from tactogram.workflows.evaluated_runs import evaluation_results
 from tactogram.workflows.generation.preview import sample, sample_choices
+from tactogram.workflows.results_table import evaluation_results
 from tactogram.workflows.training.compatibility import check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
 from tactogram.workflows.training.requests import TrainingRequest

@@ -1,8 +1,9 @@
-"""Batch normalisation whose scale and shift are linear in a label.
+"""Layers that take a label: batch normalisation of a generator, projection of a discriminator.
 
 References
 ----------
 - De Vries, H. et al. (2017). Modulating early visual processing by language. NeurIPS 30.
+- Miyato, T. & Koyama, M. (2018). cGANs with projection discriminator. ICLR. Eq. 3 and Fig. 1d.
 - Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1.
 """
 
@@ -13,7 +14,9 @@ from torch import Tensor, nn
 
 
 class ConditionalBatchNorm(nn.Module):
-    """``gamma(y) (x - mu) / sigma + beta(y)`` with ``gamma(y) = y Wg + bg`` and ``beta(y) = y Wb + bb``.
+    """Batch normalisation whose scale and shift are linear in a label.
+
+    ``gamma(y) (x - mu) / sigma + beta(y)`` with ``gamma(y) = y Wg + bg`` and ``beta(y) = y Wb + bb``.
 
     mu and sigma are those of each channel over the batch and all places; in use, the running ones of training.
     ``channels`` is the paper's F, ``labels`` its C. Initial weights of the label are from N(0, ``gain``), bg = 1 and
@@ -38,3 +41,21 @@ class ConditionalBatchNorm(nn.Module):
         gamma, beta = self.scale(label), self.shift(label)  # B, F
         normal: Tensor = self.norm(x)
         return torch.addcmul(beta[..., None, None], gamma[..., None, None], normal)
+
+
+class LabelProjection(nn.Module):
+    """Label of a projection discriminator: it meets the features in an inner product, not among the inputs.
+
+    ``y^T V phi(x)``, to be added to the logit ``psi(phi(x))``; without the paper's spectral normalisation.
+
+    The paper's labels are one-hot; scores of several words at once are a weighted sum of V's rows.
+    """
+
+    def __init__(self, features: int, labels: int) -> None:
+        super().__init__()
+        self.embedding = nn.Linear(labels, features, bias=False)
+
+    def forward(self, features: Tensor, label: Tensor) -> Tensor:
+        """Return the products, shape (batch,), of features (batch, feature) and labels (batch, label)."""
+        products: Tensor = (self.embedding(label) * features).sum(1)  # B, F -> B
+        return products
