@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 
 from tactogram_study.workflows.analysis import analyse_study
 from tactogram_study.workflows.power import study_power
-from tactogram_study.workflows.simulation import simulate_study
+from tactogram_study.workflows.sessions import simulate_study
 
 folder = Path(mkdtemp())
 

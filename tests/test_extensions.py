@@ -82,27 +82,16 @@ OTHER_MEANINGS = {
         "tactogram_studio/pages/materials/import_page.py",
         "folder",
     ): "what names a material, and a part of its page",
-    ("capture source", "tactogram_capture/logs/log.py", "serial"): "a kind of log",
-    ("capture source", "tactogram_capture/logs/log.py", "twelite"): "a kind of log",
-    ("capture source", "tactogram_capture/stream/csv_source.py", "serial"): "a kind of log",
-    ("capture source", "tactogram_capture/twelite/source.py", "twelite"): "a kind of log",
-    ("capture source", "tactogram_capture/twelite/simulator.py", "twelite"): "a kind of log",
-    ("capture source", "tactogram_capture/workflows/requests.py", "serial"): "a kind of log",
-    ("capture source", "tactogram_capture/workflows/requests.py", "twelite"): "a kind of log",
-    ("capture source", "tactogram_capture/stream/byte_stream.py", "serial"): "a library",
-    ("capture source", "tactogram_capture/logs/xdf.py", "lsl"): "an extra",
-}
-OTHER_MEANINGS |= {
-    ("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()
-}
-OTHER_MEANINGS |= {
-    (
-        "capture source",
-        "tactogram_capture/workflows/devices.py",
-        name,
-    ): "the table of devices that were tested"
-    for name in SOURCES.names()
-}
+    ("capture source", "capture/logs.py", "serial"): "a kind of log",
+    ("capture source", "capture/logs.py", "twelite"): "a kind of log",
+    ("capture source", "capture/stream/csv_source.py", "serial"): "a kind of log",
+    ("capture source", "capture/twelite/source.py", "twelite"): "a kind of log",
+    ("capture source", "capture/twelite/simulator.py", "twelite"): "a kind of log",
+    ("capture source", "workflows/capture/requests.py", "serial"): "a kind of log",
+    ("capture source", "workflows/capture/requests.py", "twelite"): "a kind of log",
+    ("capture source", "capture/stream/byte_source.py", "serial"): "a library",
+    ("capture source", "capture/logs.py", "lsl"): "an extra",
+} | {("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()}
 
 
 @lru_cache(maxsize=1)

@@ -19,7 +19,7 @@ from benchmarks.experiments.study_truths import (
     shifted,
     steps,
 )
-from tactogram_study.analysis.item_contrasts import REST, WHOLE
+from tactogram_study.analysis.paired import REST, WHOLE
 from tactogram_study.analysis.threshold import SETTLED_3_DOWN
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from statsmodels.stats.multitest import multipletests
 
-from tactogram.statistics.multiplicity import holm, holm_rows
+from tactogram.statistics.groups import holm, holm_rows
 
 
 @pytest.mark.parametrize("ps", [[0.04], [0.01, 0.04, 0.03, 0.005], [0.5, 0.5, 0.02], [0.0, 1.0, 0.2]])

@@ -8,21 +8,18 @@ from tactogram.statistics.clustered import (
     mixed_difference,
     pooled_share,
 )
-from tactogram.statistics.equivalence import (
-    paired_equivalence,
-    share_equivalence,
-    share_equivalence_power,
-)
+from tactogram.statistics.paired import paired_equivalence, pseudomedian, signed_rank_p
 from tactogram.statistics.shares import (
     abx_share,
     corrected,
     d_prime_2afc,
     d_prime_abx,
     exact_ps,
+    share_equivalence,
+    share_equivalence_power,
     share_of,
     smallest_significant,
 )
-from tactogram.statistics.signed_rank import pseudomedian, signed_rank_p
 
 
 @pytest.mark.parametrize(

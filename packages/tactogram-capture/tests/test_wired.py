@@ -8,7 +8,7 @@ import pytest
 
 from tactogram.errors import DeviceError
 from tactogram_capture import SourceLost, open_source
-from tactogram_capture.stream.sample_queue import BlockQueue
+from tactogram_capture.sources.audio import BlockQueue
 
 
 class InputStream:

@@ -10,8 +10,8 @@ from tactogram.statistics.shares import share_of
 from tactogram_study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, verdict_of
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.designs import find_design
-from tactogram_study.designs.pairwise.analysis import bradley_terry
-from tactogram_study.designs.staircase.reversals import reversals_of
+from tactogram_study.designs.analysis.pairwise import bradley_terry
+from tactogram_study.designs.analysis.staircase import reversals_of
 from tactogram_study.study_analysis import AnalysisPlan, analyse
 
 ITEMS = ("cloth", "cork", "tile")

@@ -7,8 +7,8 @@ from scipy.integrate import quad
 from scipy.optimize import minimize
 from scipy.stats import norm
 
-from tactogram_study.designs.magnitude.analysis import intensity_of
-from tactogram_study.designs.pairwise.design import expected_information, posterior
+from tactogram_study.designs.analysis.magnitude import intensity_of
+from tactogram_study.designs.pairwise import expected_information, posterior
 from tactogram_study.designs.staircase import Staircase, StaircaseTrack
 from tactogram_study.session.sitting import answer_rows, next_page
 from tactogram_study.simulated_participants import (

@@ -5,15 +5,15 @@ import pytest
 
 from tactogram.datasets.ratings.words import JAPANESE
 from tactogram.errors import ParameterError
-from tactogram_study.language_files import (
+from tactogram_study.session.sitting import next_page
+from tactogram_study.trials import Participant
+from tactogram_study.wording import (
     complete_texts,
     default_text,
     language_texts,
     missing_texts,
     own_name,
 )
-from tactogram_study.session.sitting import next_page
-from tactogram_study.trials import Participant
 
 STATIC = Path(__file__).parents[1] / "src/tactogram_study/participants/static"
 

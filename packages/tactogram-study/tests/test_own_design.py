@@ -18,7 +18,7 @@ from tactogram_study.designs.catalogue import FOLDERS_VARIABLE, margin_text, pow
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.analysis import analyse_study
-from tactogram_study.workflows.simulation import simulate_study
+from tactogram_study.workflows.sessions import simulate_study
 
 ROOT = Path(__file__).parents[3]
 SOURCE = ROOT / "src" / "tactogram"

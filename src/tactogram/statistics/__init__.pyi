@@ -8,13 +8,9 @@ from .comparison import (
     INDEPENDENT as INDEPENDENT,
     Comparison as Comparison,
     friedman_wilcoxon as friedman_wilcoxon,
+    holm as holm,
     steel_dwass as steel_dwass,
     student_t as student_t,
-)
-from .equivalence import (
-    paired_equivalence as paired_equivalence,
-    share_equivalence as share_equivalence,
-    share_equivalence_power as share_equivalence_power,
 )
 from .figures import (
     BLUE as BLUE,
@@ -24,12 +20,14 @@ from .figures import (
     error_figure as error_figure,
 )
 from .groups import (
+    holm_rows as holm_rows,
     nan_mean as nan_mean,
     summary as summary,
 )
-from .multiplicity import (
-    holm as holm,
-    holm_rows as holm_rows,
+from .paired import (
+    paired_equivalence as paired_equivalence,
+    pseudomedian as pseudomedian,
+    signed_rank_p as signed_rank_p,
 )
 from .reliability import (
     krippendorff_alpha as krippendorff_alpha,
@@ -41,10 +39,8 @@ from .shares import (
     d_prime_2afc as d_prime_2afc,
     d_prime_abx as d_prime_abx,
     exact_ps as exact_ps,
+    share_equivalence as share_equivalence,
+    share_equivalence_power as share_equivalence_power,
     share_of as share_of,
     smallest_significant as smallest_significant,
-)
-from .signed_rank import (
-    pseudomedian as pseudomedian,
-    signed_rank_p as signed_rank_p,
 )

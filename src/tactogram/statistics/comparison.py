@@ -19,9 +19,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.groups import GroupSummary, summary
-from tactogram.statistics.multiplicity import holm
-from tactogram.statistics.signed_rank import signed_rank_p
+from tactogram.statistics.groups import GroupSummary, holm, summary
+from tactogram.statistics.paired import signed_rank_p
 
 INDEPENDENT = "takes every value as independent, which repeated answers of one person are not"
 Numbers = NDArray[np.float64]

@@ -1,7 +1,8 @@
-"""Shares of yes-or-no answers: exact tests and intervals, and d' of shares correct.
+"""Shares of yes-or-no answers: exact tests, equivalence and intervals, and d' of shares correct.
 
 E. B. Wilson, J. Am. Stat. Assoc. 22 (1927), and C. J. Clopper, E. S. Pearson, Biometrika 26 (1934), by scipy. d' by
-N. A. Macmillan, C. D. Creelman, "Detection Theory: A User's Guide", 2nd ed. (2005), ch. 7 and 9.
+N. A. Macmillan, C. D. Creelman, "Detection Theory: A User's Guide", 2nd ed. (2005), ch. 7 and 9. Equivalence by two
+one-sided tests (D. J. Schuirmann, J. Pharmacokinet. Biopharm. 15, 1987), by statsmodels.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special, stats
+from statsmodels.stats.proportion import binom_tost, binom_tost_reject_interval
 
 from tactogram.errors import ParameterError
 
@@ -89,3 +91,29 @@ def abx_share(d_prime: float) -> float:
 def corrected(count: int, n: int) -> float:
     """Return (count + 1/2) / (n + 1): a share that is never 0 or 1 (M. J. Hautus, Behav. Res. Methods 27, 1995)."""
     return (count + 0.5) / (n + 1)
+
+
+def share_equivalence(count: int, n: int, *, margin: float) -> float:
+    """Return the p that a share of independent answers lies within 0.5 ± ``margin``, by exact binomial tests."""
+    _check_share(margin)
+    return float(binom_tost(count, n, 0.5 - margin, 0.5 + margin)[0])
+
+
+def share_equivalence_power(n: int, *, margin: float, alpha: float = 0.05) -> float:
+    """Return how often `share_equivalence` shows that a share of one half lies within the margin.
+
+    0 where no count of n can show it: the two rejection regions do not meet, for which statsmodels'
+    ``power_binom_tost`` returns numbers below 0.
+    """
+    _check_share(margin)
+    low, high = (int(end) for end in binom_tost_reject_interval(0.5 - margin, 0.5 + margin, n, alpha))
+    if low > high:
+        return 0.0
+    return float(stats.binom.cdf(high, n, 0.5) - stats.binom.cdf(low - 1, n, 0.5))
+
+
+def _check_share(margin: float) -> None:
+    if not 0 < margin < 0.5:
+        raise ParameterError(
+            f"margin of a share must be > 0 and less than 0.5 (0.1 means ten points of a hundred), got {margin:g}"
+        )

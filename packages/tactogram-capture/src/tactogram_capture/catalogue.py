@@ -10,8 +10,7 @@ from pydantic import BaseModel
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.plugins import PluginGroup
 from tactogram.validation import validated
-from tactogram_capture.source import Source
-from tactogram_capture.source_kind import SourceKind
+from tactogram_capture.source import Source, SourceKind
 
 SOURCES = PluginGroup("capture source", "tactogram_capture.sources", "tactogram.sources", "TACTOGRAM_SOURCES")
 """Modules with a ``SOURCE``, a `SourceKind`."""

@@ -1,13 +1,16 @@
-"""Source protocol: the common interface of all sources of samples."""
+"""Sources of samples: their common interface, their kinds, and a tap on one."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self, runtime_checkable
+from typing import Any, Protocol, Self, get_args, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from tactogram.errors import DeviceError, ParameterError, TactogramError
 
@@ -102,3 +105,77 @@ class Source(Protocol):
         ``notes``, a line each on what was assumed or left out.
         """
         ...
+
+
+class OpenFunction(Protocol):
+    """Function from the parts of an address to a source."""
+
+    def __call__(self, place: str, options: Any, /, *, name: str) -> Source:
+        """Return the source at the address ``name``, not entered yet.
+
+        ``place`` is the part between the colon and the question mark; it may be empty. Raises `ParameterError` if the
+        place or the options are wrong; devices are opened later, by entering the source.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class SourceKind:
+    """A kind of source, addressed as ``name:place?option=value&…``."""
+
+    name: str
+    """Start of its addresses, equal to the module's name."""
+    title: str
+    example: str
+    """An address."""
+    options: type[BaseModel]
+    """Options that are files have the type Path; ``log``, if present, is a new file for all bytes."""
+    open: OpenFunction
+    find: Callable[[float], Mapping[str, str]] | None = None
+    """Returns the connected devices: descriptions by address. Its argument limits the search on a network, s."""
+    place_is_file: bool = False
+    simulated: bool = False
+
+    def file_options(self) -> set[str]:
+        """Return the names of the options that are files."""
+        fields = self.options.model_fields.items()
+        return {name for name, field in fields if Path in (field.annotation, *get_args(field.annotation))}
+
+
+def required_place(place: str, name: str, what: str) -> str:
+    """Return ``place``, the part of an address after the colon, or raise `ParameterError` if it is empty."""
+    if not place:
+        raise ParameterError(f"{name.rstrip(':')}: must name {what} after the colon")
+    return place
+
+
+BlockListener = Callable[[Source, Block | None], None]
+"""Called with the source and each block as it is read; None if none arrived in time."""
+
+
+class TappedSource:
+    """A source that also passes each block to a listener.
+
+    The listener must be quick. Its exceptions end the reading, so that it can stop a session or a live classifier by
+    ``KeyboardInterrupt``.
+    """
+
+    def __init__(self, source: Source, listener: BlockListener) -> None:
+        self._source, self._listener = source, listener
+
+    def __getattr__(self, name: str) -> Any:
+        """Return an attribute of the source itself: axes, unit, rate, facts, full scale and others."""
+        return getattr(self._source, name)
+
+    def __enter__(self) -> Self:
+        self._source.__enter__()
+        return self
+
+    def __exit__(self, *error: Any) -> None:
+        self._source.__exit__(*error)
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return the source's next block after passing it to the listener."""
+        block = self._source.read(timeout_s)
+        self._listener(self._source, block)
+        return block

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_capture.session.metronome import LoudspeakerMetronome, click_track, interval_s
+from tactogram_capture.session.metronome import Metronome, click_track, interval_s
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [(100, 0.8), (200, 0.4), (400, 0.2)])
@@ -52,7 +52,7 @@ def test_invalid_beats_are_refused():
 
 def test_a_loudspeaker_gets_the_whole_track():
     played, hushed = [], []
-    metronome = LoudspeakerMetronome(played.append, lambda: hushed.append(1))
+    metronome = Metronome(played.append, lambda: hushed.append(1))
     metronome.start(0.4, 2.0, back_and_forth=True)
     metronome.stop()
     assert played[0].seconds == 2.0

@@ -15,7 +15,7 @@ from tactogram.datasets import open_store
 from tactogram_capture import SourceLost, open_source
 from tactogram_capture.session import feed
 from tactogram_capture.stream import csv_source
-from tactogram_capture.stream.byte_stream import SerialPort
+from tactogram_capture.stream.byte_source import SerialPort
 
 pytest.importorskip("serial")
 tty = pytest.importorskip("tty")

@@ -9,9 +9,8 @@ from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram_capture import SourceEnded
-from tactogram_capture.stream.byte_stream import Replay
-from tactogram_capture.stream.csv_columns import CsvFormat
-from tactogram_capture.stream.csv_lines import CsvParser
+from tactogram_capture.stream.byte_source import Replay
+from tactogram_capture.stream.csv_lines import CsvFormat, CsvParser
 from tactogram_capture.stream.csv_source import CsvSource
 
 WAVE = np.round(200 * np.sin(np.arange(1000) / 3) ** 3).astype(int).tolist()

@@ -7,7 +7,7 @@ from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram_capture import Source, SourceEnded, SourceLost, open_source
-from tactogram_capture.stream.byte_stream import SerialPort
+from tactogram_capture.stream.byte_source import SerialPort
 from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
 from tactogram_capture.twelite.source import TRUE_STEP, TweliteSource, serial_number
 

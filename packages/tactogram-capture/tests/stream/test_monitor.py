@@ -3,7 +3,7 @@ import pytest
 
 from tactogram_capture import open_source
 from tactogram_capture.session.feed import Feed
-from tactogram_capture.stream.monitor import TappedSource
+from tactogram_capture.source import TappedSource
 
 
 def test_each_block_is_passed_on_and_the_source_keeps_its_attributes():

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from tactogram_study.language_files import complete_texts
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
+from tactogram_study.wording import complete_texts
 
 HERE = Path(__file__).parent
 CARD_MM = 85.6

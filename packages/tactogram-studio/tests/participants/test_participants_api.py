@@ -16,8 +16,7 @@ from PIL import Image as Pillow
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_signal, write_signal
 from tactogram_study.participants import stimulus_routes
-from tactogram_study.participants.rate_limit import RateLimiter
-from tactogram_study.participants.refusals import NOT_STORED
+from tactogram_study.participants.refusals import NOT_STORED, RateLimiter
 from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_study.participants.tickets import load_keys
@@ -494,7 +493,7 @@ def test_the_server_s_display_plays_to_one_at_a_time_and_stops(tmp_path, opened,
     assert played == {"state": "ended", "simulated_device": True}
     drive, rendered = session.stimuli.drive(session.store.page(one.code), "A")
     assert [log["sha256"] for log in session.store.played_log(one.code)] == [rendered.sha256]
-    display = session.stimuli.display(session.store.page(one.code).slot("A"))
+    display = session.stimuli.display(session.store.page(one.code).slot("A").stimulus)
     long = drive.with_samples(np.tile(drive.samples, 200))
     ended = []
     playing = threading.Thread(target=lambda: ended.append(sessions.display.play(one.ticket, long, display)))

@@ -17,7 +17,7 @@ from tactogram_studio.server.guard_rules import (
     is_same_origin,
     token_in_query,
 )
-from tactogram_study.language_files import complete_texts
+from tactogram_study.wording import complete_texts
 
 TOKEN = "a-token-that-nobody-guesses"
 LOCAL = GuardSettings()

@@ -8,7 +8,6 @@ own: the trials are the same with and without it.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Self
 
@@ -16,10 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram_study.designs import Design
-from tactogram_study.language_files import text_field
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, Page, PageAnswers, Participant
-from tactogram_study.wording import Wording
+from tactogram_study.trials import DesignContext, History, Page, PageAnswers, Participant
+from tactogram_study.wording import Wording, text_field
 
 TOKEN = "practice-"
 MARK = "practice"
@@ -83,7 +81,7 @@ class Practice(BaseModel):
         return replace(setting, seed=seed, stimuli=(*chosen, *self.own))
 
     def next_page(
-        self, design: Design, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
+        self, design: Design, setting: DesignContext, participant: Participant, history: History
     ) -> Page | None:
         """Return the practice page after ``history``, the answered practice pages in order; None at its end."""
         page = self._page(design, setting, participant, history)
@@ -99,14 +97,14 @@ class Practice(BaseModel):
         design: Design,
         setting: DesignContext,
         participant: Participant,
-        history: Sequence[PageAnswers],
+        history: History,
     ) -> Page:
         """Return the first trial with the text that ends the practice, shown before it."""
         ended = {"text": self.ended, **self.feedback_text(design, setting, participant, history)}
         return replace(page, layout={**page.layout, "practice_ended": ended})
 
     def feedback_text(
-        self, design: Design, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
+        self, design: Design, setting: DesignContext, participant: Participant, history: History
     ) -> dict[str, Any]:
         """Return the feedback to the last answer: whether it was right; {} without feedback or a right answer."""
         before = self._page(design, setting, participant, history[:-1]) if self.feedback and history else None
@@ -117,7 +115,7 @@ class Practice(BaseModel):
         return {"feedback": {"correct": correct, "text": self.right if correct else self.wrong}}
 
     def _page(
-        self, design: Design, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
+        self, design: Design, setting: DesignContext, participant: Participant, history: History
     ) -> Page | None:
         page = self._design(design, setting).next_page(self.setting(setting), participant, history)
         if page is None or page.trial > self.trials:
@@ -141,6 +139,6 @@ class Practice(BaseModel):
         return design.practice_design([stimulus.name for stimulus in self.setting(setting).stimuli])
 
 
-def practice_answers(history: Sequence[PageAnswers]) -> list[PageAnswers]:
+def practice_answers(history: History) -> list[PageAnswers]:
     """Return the answered practice pages."""
     return [page for page in history if page.token.startswith(TOKEN)]

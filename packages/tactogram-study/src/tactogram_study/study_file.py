@@ -18,14 +18,13 @@ from tactogram.validation import Fault, faults, validated, with_changes
 from tactogram_study import studies as _studies
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
-from tactogram_study.language_files import language_texts
 from tactogram_study.orders import Rule
 from tactogram_study.planned import PlannedAnalysis
 from tactogram_study.practice import Practice
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus, StimulusGrid
 from tactogram_study.trials import DesignContext
-from tactogram_study.wording import Language, Wording, wordings
+from tactogram_study.wording import Language, Wording, language_texts, wordings
 
 NAME = r"^[a-z0-9][a-z0-9_]{0,39}$"
 Name = Annotated[str, Field(pattern=NAME)]

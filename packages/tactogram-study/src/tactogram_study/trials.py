@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from tactogram.errors import ParameterError
-from tactogram_study.orders import Rule
+from tactogram_study.orders import Rule, T, ordered
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.wording import Language, Wording
@@ -20,7 +20,8 @@ NOTHING = Wording()
 class Participant:
     """Participant of a study: a code of letters and digits, never a name, and a number for the counterbalancing.
 
-    ``number`` counts from 1 in the order of enrolment; ``session`` names the sitting.
+    ``number`` counts from 1 in the order of enrolment; ``session`` names the sitting, which is ``active`` unless the
+    experimenter ended it.
     """
 
     code: str
@@ -28,6 +29,7 @@ class Participant:
     language: Language = "en"
     simulated: bool = False
     session: str = "1"
+    active: bool = True
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,14 @@ class DesignContext:
     def stimulus(self, name: str) -> Stimulus | None:
         """Return the stimulus of a name, None if there is none."""
         return next((stimulus for stimulus in self.stimuli if stimulus.name == name), None)
+
+    def ordered(
+        self, items: Sequence[T], participant: Participant, *, repeats: int
+    ) -> tuple[tuple[int, int, T], ...]:
+        """Return (block, repeat, item) of each of a participant's trials, by the study's order."""
+        return ordered(
+            items, rule=self.order, repeats=repeats, seed=self.seed, participant=participant.number
+        )
 
 
 @dataclass(frozen=True)
@@ -162,6 +172,10 @@ class PageAnswers:
     token: str
     responses: Mapping[str, str]
     facts: Mapping[str, str] = field(default_factory=dict)
+
+
+History = Sequence[PageAnswers]
+"""Answered pages of a participant, in order."""
 
 
 def _in_language(value: Any, language: Language) -> Any:

@@ -5,8 +5,10 @@ from scipy import special, stats
 from tactogram.statistics.clustered import pooled_share
 from tactogram_study.analysis.bradley_terry import bradley_terry, strengths_by_participant
 from tactogram_study.answers import Answer, Answers
-from tactogram_study.designs.pairwise.analysis import ALIKE, APART, analyse_preference
-from tactogram_study.designs.pairwise.power import (
+from tactogram_study.designs.analysis.pairwise import (
+    ALIKE,
+    APART,
+    analyse_preference,
     shown_and_equal,
     simulated_preferences,
 )

@@ -3,10 +3,10 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.statistics.clustered import pooled_share
-from tactogram.statistics.equivalence import paired_equivalence
+from tactogram.statistics.paired import paired_equivalence
+from tactogram_study.designs.analysis import pairwise as power_preferences
+from tactogram_study.designs.analysis.pairwise import simulated_preferences
 from tactogram_study.designs.catalogue import power_tables
-from tactogram_study.designs.pairwise import power as power_preferences
-from tactogram_study.designs.pairwise.power import simulated_preferences
 from tactogram_study.power import table as power
 from tactogram_study.power.methods import clustered_ps, within_ps
 from tactogram_study.power.table import power_table as table_of_design

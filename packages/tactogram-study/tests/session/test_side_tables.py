@@ -3,8 +3,12 @@ import json
 
 import pytest
 
-from tactogram_study.session.export import export_bids
-from tactogram_study.session.side_tables import notes_table, participants_table, write_companion_tables
+from tactogram_study.session.export import (
+    export_bids,
+    notes_table,
+    participants_table,
+    write_companion_tables,
+)
 from tactogram_study.simulated_participants import simulate
 
 

@@ -8,9 +8,8 @@ from tactogram.cli import main
 from tactogram_study.answers import Answers, read_answers, write_answers
 from tactogram_study.session.store import SessionStore
 from tactogram_study.workflows.analysis import analyse_study
-from tactogram_study.workflows.export import export_study
-from tactogram_study.workflows.sessions import begin_session, session_progress
-from tactogram_study.workflows.simulation import simulate_study
+from tactogram_study.workflows.answers import export_study
+from tactogram_study.workflows.sessions import begin_session, session_progress, simulate_study
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,13 @@ from tactogram_study.stimuli import StimulusSource
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
 from tactogram_study.workflows.answers import open_answers
-from tactogram_study.workflows.sessions import begin_session, log_played, origin_folder
-from tactogram_study.workflows.simulation import effect_of, simulate_study
+from tactogram_study.workflows.sessions import (
+    begin_session,
+    effect_of,
+    log_played,
+    origin_folder,
+    simulate_study,
+)
 from tactogram_study.workflows.stimuli import StudyStimuli, stronger
 from tactogram_study.workflows.studies import check_study, study_folder
 
@@ -339,6 +344,13 @@ def test_a_session_is_not_begun_with_stimuli_that_are_missing(study_file, tmp_pa
     with pytest.raises(DataError, match="no such file"):
         begin_session(study_file, tmp_path / "session")
     assert not (tmp_path / "session").exists()
+
+
+@pytest.mark.parametrize("given", [{"photograph": "away.png"}, {"vibration": "away.wav"}])
+def test_a_study_is_not_checked_without_what_its_run_is_given(given):
+    stimuli = [{"name": "a", "run": "r", **given}]
+    with pytest.raises(DataError, match=r"stimulus a: .*away\.(png|wav): no such file"):
+        check_study("abx", changes={"stimuli": stimuli})
 
 
 def test_a_session_is_looked_after_from_the_command_line(study_file, tmp_path, capsys):

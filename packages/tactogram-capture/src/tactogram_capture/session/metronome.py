@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,18 +14,6 @@ OUT_HZ, BACK_HZ = 1200.0, 800.0
 """Tone of a stroke away from the body and of one back."""
 CLICK_S = 0.03
 AUDIO_RATE = 48_000.0
-
-
-class Metronome(Protocol):
-    """Beat during a take."""
-
-    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
-        """Beat from now on, every ``interval_s``, for at most ``seconds``."""
-        ...
-
-    def stop(self) -> None:
-        """Stop beating; never raises."""
-        ...
 
 
 def interval_s(stroke_mm: float, speed_mm_s: float) -> float:
@@ -57,26 +45,24 @@ def click_track(
     return Signal(samples, rate, "1", ("mono",))
 
 
-class SilentMetronome:
-    """No beat."""
+def _nothing(signal: Signal | None = None) -> None:
+    """Play nothing."""
+
+
+@dataclass
+class Metronome:
+    """Beat during a take; silent by default.
+
+    ``play`` starts to play a Signal and returns at once, ``hush`` stops it and never raises.
+    """
+
+    play: Callable[[Signal], None] = _nothing
+    hush: Callable[[], None] = _nothing
 
     def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
-        """Do nothing."""
+        """Beat every ``interval_s``, for at most ``seconds``: the whole track, as exact as the sound card's clock."""
+        self.play(click_track(interval_s, seconds, back_and_forth=back_and_forth))
 
     def stop(self) -> None:
-        """Do nothing."""
-
-
-class LoudspeakerMetronome:
-    """Beats through a loudspeaker: ``play`` starts to play a Signal and returns at once, ``hush`` stops it."""
-
-    def __init__(self, play: Callable[[Signal], None], hush: Callable[[], None]) -> None:
-        self._play, self._hush = play, hush
-
-    def start(self, interval_s: float, seconds: float, *, back_and_forth: bool) -> None:
-        """Play the whole track: its beats are as exact as the sound card's clock."""
-        self._play(click_track(interval_s, seconds, back_and_forth=back_and_forth))
-
-    def stop(self) -> None:
-        """Stop the sound."""
-        self._hush()
+        """Stop beating."""
+        self.hush()

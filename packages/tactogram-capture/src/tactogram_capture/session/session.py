@@ -20,7 +20,7 @@ from tactogram.signal import Signal
 from tactogram_capture.session.console import CaptureStatus, Console
 from tactogram_capture.session.feed import Feed
 from tactogram_capture.session.journal import Journal
-from tactogram_capture.session.metronome import Metronome, SilentMetronome, interval_s
+from tactogram_capture.session.metronome import Metronome, interval_s
 from tactogram_capture.session.plan import PlannedTake, SessionPlan
 from tactogram_capture.session.take import RECEIVED, Take, recording_of
 from tactogram_capture.session.take_checks import TakeAssessment, check_take
@@ -112,7 +112,7 @@ class RecordingSession:
     ) -> None:
         self.plan, self.store_path, self.name = plan, store, name
         self._source, self._console, self._journal = source, console, journal
-        self._metronome: Metronome = metronome or SilentMetronome()
+        self._metronome = metronome or Metronome()
         self._recognise, self._on_trial, self._log, self._clock = recognise, on_trial, log, clock
         self._feed = Feed(source, reference_rate=plan.rate, full_scale=plan.limits.full_scale, clock=clock)
         self._place, self._notes_said = "", 0

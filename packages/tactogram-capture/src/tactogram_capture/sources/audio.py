@@ -2,20 +2,80 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Generator
-from typing import Any, Literal, Self
+from threading import Condition
+from time import monotonic
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import DeviceError, MissingExtraError, one_line
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.signal import parse_unit
-from tactogram_capture.source import Block
-from tactogram_capture.source_kind import SourceKind
-from tactogram_capture.stream.channels import axis_names, source_facts
-from tactogram_capture.stream.rate_estimate import RateMeter
-from tactogram_capture.stream.sample_queue import BlockQueue
+from tactogram_capture.source import Block, SourceKind, SourceLost
+from tactogram_capture.stream.channels import DeviceSource, axis_names, source_facts
+
+
+class BlockQueue:
+    """Blocks from a driver's thread to the reader's.
+
+    At most ``most`` samples wait; samples that do not fit are lost, marked and counted.
+    """
+
+    def __init__(self, axes: int, most: int) -> None:
+        self.received = self.lost = 0
+        self._axes, self._most = axes, most
+        self._waiting: deque[tuple[NDArray[np.float32], float]] = deque()
+        self._waiting_samples = self._next = self._gap = 0
+        self._end: str | None = None
+        self._changed = Condition()
+
+    def put(self, samples: NDArray[np.float32], *, lost_before: int = 0) -> None:
+        """Append a copy of samples, float32, shape (axis, n), after ``lost_before`` that the driver lost."""
+        with self._changed:
+            self._gap += lost_before
+            if self._waiting_samples + samples.shape[1] > self._most:
+                self._gap += samples.shape[1]
+                return
+            if self._gap:
+                gap = np.full((self._axes, self._gap), np.nan, np.float32)
+                self._waiting.append((gap, monotonic()))
+                self.lost += self._gap
+                self._gap = 0
+            if samples.shape[1]:
+                self._waiting.append((np.array(samples, np.float32), monotonic()))
+                self._waiting_samples += samples.shape[1]
+                self.received += samples.shape[1]
+            self._changed.notify()
+
+    def close(self, reason: str) -> None:
+        """End the queue after the waiting samples."""
+        with self._changed:
+            self._end = reason
+            self._changed.notify()
+
+    def get(self, timeout_s: float) -> Block | None:
+        """Return all waiting samples as one block; None if none arrived in time.
+
+        Raises `SourceLost` if the queue is empty and closed.
+        """
+        with self._changed:
+            if not self._waiting and self._end is None:
+                self._changed.wait(timeout_s)
+            if not self._waiting:
+                if self._end is not None:
+                    raise SourceLost(self._end)
+                return None
+            pieces = list(self._waiting)
+            self._waiting.clear()
+            self._waiting_samples = 0
+        samples = np.concatenate([piece for piece, _ in pieces], axis=1)
+        first, self._next = self._next, self._next + samples.shape[1]
+        return Block(samples, first, pieces[-1][1])
+
 
 WAITING_S = 10.0
 """Samples buffered for the reader, s; later ones are lost."""
@@ -38,51 +98,25 @@ class AudioFormat(BaseModel):
     """``null`` is miniaudio's input without a device, which delivers silence in real time, for tests."""
 
 
-class AudioSource:
-    """An audio input; see `tactogram_capture.source.Source`.
-
-    ``device`` is part of its name, empty for the default input; ``name`` is the address.
-    """
+class AudioSource(DeviceSource):
+    """An audio input; ``device`` is part of its name, empty for the default input."""
 
     def __init__(self, device: str, form: AudioFormat, *, name: str) -> None:
-        self.name, self.form = name, form
-        self.rate: float | None = float(form.rate)
+        super().__init__(name)
+        self.form = form
+        self.rate = float(form.rate)
         self.unit, factor = parse_unit(form.unit)
         self._factor = np.float32(form.full_scale * factor)
         self.full_scale = float(self._factor)
         self.axes = axis_names(form.channels, form.axes, where=name)
         self.library = ""
         self.overflows = 0
-        self.meter = RateMeter()
-        self._device = device
+        self._input = device
         self._queue = BlockQueue(form.channels, int(WAITING_S * form.rate))
-        self._stream: Any = None
-
-    def __enter__(self) -> Self:
-        """Open it; `MissingExtraError` without a library, `DeviceError` if the device does not open."""
-        if self.form.library in ("auto", "sounddevice"):
-            try:
-                self._open_sounddevice()
-            except (DeviceError, MissingExtraError):
-                # A device that PortAudio knows and cannot open is an error; a missing library has an alternative.
-                if self.library or self.form.library == "sounddevice":
-                    raise
-            else:
-                return self
-        self._open_miniaudio()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        stream, self._stream = self._stream, None
-        if stream is not None:
-            stream.close()
 
     def read(self, timeout_s: float = 0.1) -> Block | None:
         """Return new samples, None if none arrived within ``timeout_s``; `SourceLost` if the device stopped."""
-        block = self._queue.get(timeout_s)
-        if block is not None:
-            self.meter.add(block.first_index + len(block), block.arrival_s)
-        return block
+        return self._read(None, timeout_s)
 
     def facts(self) -> dict[str, Any]:
         """Return the facts so far. An overflow counts as one lost sample: the driver does not report how many."""
@@ -95,7 +129,23 @@ class AudioSource:
             library=self.library,
         )
 
-    def _open_sounddevice(self) -> None:
+    def _open(self) -> Any:
+        if self.form.library in ("auto", "sounddevice"):
+            try:
+                return self._open_sounddevice()
+            except (DeviceError, MissingExtraError):
+                # A device that PortAudio knows and cannot open is an error; a missing library has an alternative.
+                if self.library or self.form.library == "sounddevice":
+                    raise
+        return self._open_miniaudio()
+
+    def _read(self, device: Any, timeout_s: float) -> Block | None:
+        block = self._queue.get(timeout_s)
+        if block is not None:
+            self.meter.add(block.first_index + len(block), block.arrival_s)
+        return block
+
+    def _open_sounddevice(self) -> Any:
         sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
         self.library = "sounddevice"
 
@@ -111,39 +161,39 @@ class AudioSource:
             stream = sounddevice.InputStream(
                 samplerate=self.form.rate,
                 channels=self.form.channels,
-                device=self._device or None,
+                device=self._input or None,
                 dtype="float32",
                 latency="low",
                 callback=receive,
                 finished_callback=stop,
             )
             stream.start()
-        self._stream = stream
+        return stream
 
-    def _open_miniaudio(self) -> None:
+    def _open_miniaudio(self) -> Any:
         miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
         self.library = "miniaudio"
         with device_errors(self.name, library="miniaudio"), silenced():
             backends = [miniaudio.Backend.NULL] if self.form.library == "null" else []
             every = miniaudio.Devices(backends).get_captures()
             inputs = every if backends else _real(every)
-            wanted = [d for d in inputs if self._device.lower() in d["name"].lower()]
+            wanted = [d for d in inputs if self._input.lower() in d["name"].lower()]
             if not wanted:
                 names = ", ".join(d["name"] for d in inputs) or "none"
-                called = f" called {self._device!r}" if self._device else ""
+                called = f" called {self._input!r}" if self._input else ""
                 raise DeviceError(f"{self.name.rstrip(':')}: no audio input{called}; available: {names}")
             device = miniaudio.CaptureDevice(
                 input_format=miniaudio.SampleFormat.FLOAT32,
                 nchannels=self.form.channels,
                 sample_rate=self.form.rate,
                 buffersize_msec=10,
-                device_id=wanted[0]["id"] if self._device else None,
+                device_id=wanted[0]["id"] if self._input else None,
                 backends=backends,
             )
             receiver = self._receive()
             next(receiver)
             device.start(receiver)
-        self._stream = device
+        return device
 
     def _receive(self) -> Generator[None, bytes, None]:
         while True:

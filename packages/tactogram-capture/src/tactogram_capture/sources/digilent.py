@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from time import monotonic, sleep
-from typing import Any, Literal, Self
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.errors import ParameterError, one_line
+from tactogram.errors import ParameterError
 from tactogram.extras import device_errors, imported
 from tactogram.rendering import find_devices
 from tactogram.signal import parse_unit
-from tactogram_capture.source import Block, SourceLost
-from tactogram_capture.source_kind import SourceKind
-from tactogram_capture.stream.channels import axis_names, source_facts
-from tactogram_capture.stream.rate_estimate import RateMeter
+from tactogram_capture.source import Block, SourceKind
+from tactogram_capture.stream.channels import DeviceSource, axis_names
 
 _POLL_S = 0.002
 
@@ -39,31 +38,29 @@ class ScopeFormat(BaseModel):
     """How the converter's own, faster samples are reduced to ``rate``."""
 
 
-class DigilentSource:
-    """Inputs of an Analog Discovery; see `tactogram_capture.source.Source`.
+class DigilentSource(DeviceSource):
+    """Inputs of an Analog Discovery; ``serial`` is its serial number, empty for the first device."""
 
-    ``serial`` is the serial number, empty for the first device; ``name`` is the address.
-    """
+    # WaveForms raises its own kinds, which cannot be imported without it.
+    failures = (Exception,)
 
     def __init__(self, serial: str, form: ScopeFormat, *, name: str) -> None:
-        self.name, self.form, self._serial = name, form, serial
-        self.rate: float | None = form.rate
+        super().__init__(name)
+        self.form, self._serial = form, serial
+        self.rate = form.rate
         self.unit, factor = parse_unit(form.unit)
         self._factor = form.scale * factor
         self.full_scale = form.range / 2 * abs(self._factor)
         self._channels = _channels(form, name)
         numbers = [f"c{channel + 1}" for channel in self._channels]
         self.axes = axis_names(len(numbers), form.axes, default=numbers, where=name)
-        self.meter = RateMeter()
         self.corrupted = 0
-        self._device: Any = None
-        self._next = self._received = self._lost = 0
 
-    def __enter__(self) -> Self:
-        """Open and start it.
+    def facts(self) -> dict[str, Any]:
+        """Return the facts so far."""
+        return super().facts() | {"corrupted": self.corrupted}
 
-        Raises `MissingExtraError` or `DeviceError` if dwfpy, WaveForms or the device is missing.
-        """
+    def _open(self) -> Any:
         dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
         with device_errors(self.name, library="dwfpy"):
             device = dwfpy.Device(serial_number=self._serial or None)
@@ -82,54 +79,31 @@ class DigilentSource:
             except BaseException:
                 device.close()
                 raise
-        self._device = device
-        return self
+        return device
 
-    def __exit__(self, *_: object) -> None:
-        device, self._device = self._device, None
-        if device is not None:
-            try:
-                device.close()
-            except (OSError, RuntimeError):
-                return
+    def _close(self, device: Any) -> None:
+        with suppress(OSError, RuntimeError):
+            device.close()
 
-    def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples, None if none arrived in time; `SourceLost` if the device was disconnected."""
-        if self._device is None:
-            raise SourceLost(f"{self.name}: is not open")
-        until = monotonic() + timeout_s
-        inputs = self._device.analog_input
+    def _read(self, device: Any, timeout_s: float) -> Block | None:
+        until, inputs = monotonic() + timeout_s, device.analog_input
         while True:
-            try:
-                inputs.read_status(read_data=True)
-                available, lost, corrupted = inputs.record_status
-                if available:
-                    columns = [inputs.channels[c].get_data(0, available) for c in self._channels]
-            except Exception as error:
-                # WaveForms raises its own kinds, which cannot be imported without it.
-                raise SourceLost(f"{self.name}: disappeared while it was read ({one_line(error)})") from error
+            inputs.read_status(read_data=True)
+            available, lost, corrupted = inputs.record_status
             if available or lost:
                 break
             if monotonic() >= until:
                 return None
             sleep(_POLL_S)
-        samples = np.full((len(self.axes), lost + available), np.nan, np.float32)
+        samples = np.full((len(self.axes), lost + available), np.nan)
         if available:
+            columns = [inputs.channels[c].get_data(0, available) for c in self._channels]
             samples[:, lost:] = np.stack(columns) * self._factor
         # The oldest samples are those overwritten during the read.
-        samples[:, lost : lost + corrupted] = np.nan
         corrupted = min(corrupted, available)
-        now, first = monotonic(), self._next
+        samples[:, lost : lost + corrupted] = np.nan
         self.corrupted += corrupted
-        self._lost += lost + corrupted
-        self._received += available - corrupted
-        self._next += lost + available
-        self.meter.add(self._next, now)
-        return Block(samples, first, now)
-
-    def facts(self) -> dict[str, Any]:
-        """Return the facts so far."""
-        return source_facts(self.meter, samples=self._received, lost=self._lost, corrupted=self.corrupted)
+        return self._block(samples)
 
 
 def _find(find_s: float) -> dict[str, str]:

@@ -6,11 +6,10 @@ from pathlib import Path
 
 from pydantic import Field
 
-from tactogram_capture.logs.log import log_kind
-from tactogram_capture.source import Source
-from tactogram_capture.source_kind import SourceKind, required_place
-from tactogram_capture.stream.byte_stream import Replay
-from tactogram_capture.stream.csv_columns import CsvFormat
+from tactogram_capture.logs import log_kind
+from tactogram_capture.source import Source, SourceKind, required_place
+from tactogram_capture.stream.byte_source import Replay
+from tactogram_capture.stream.csv_lines import CsvFormat
 from tactogram_capture.stream.csv_source import CsvSource
 from tactogram_capture.stream.raw_log import log_facts, log_pieces
 from tactogram_capture.twelite.source import TweliteSource

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from time import monotonic
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.errors import DeviceError, ParameterError, one_line
+from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import device_errors, lsl
-from tactogram_capture.source import Block, SourceLost
-from tactogram_capture.source_kind import SourceKind
-from tactogram_capture.stream.channels import described_axes, described_unit, source_facts, split_at_gaps
-from tactogram_capture.stream.rate_estimate import RateMeter
+from tactogram_capture.source import Block, SourceKind
+from tactogram_capture.stream.channels import DeviceSource, described_axes, described_unit, split_at_gaps
 
 
 class LslOptions(BaseModel):
@@ -29,33 +26,23 @@ class LslOptions(BaseModel):
     """Time to search for the stream, s."""
 
 
-class LslSource:
-    """A stream of Lab Streaming Layer; see `tactogram_capture.source.Source`.
+class LslSource(DeviceSource):
+    """A stream of Lab Streaming Layer; ``stream`` is its name, empty to find it by its type.
 
     While connected, the layer itself loses nothing; samples are missing where its buffer overflowed or the sender
-    was interrupted, which the time stamps reveal (`split_at_gaps`). ``stream`` is its name, empty to find it by its
-    type; ``name`` is the address.
+    was interrupted, which the time stamps reveal (`split_at_gaps`). Its `LostError` and `InternalError` are of modules
+    that differ between versions, and both a RuntimeError.
     """
-
-    rate: float | None
 
     def __init__(self, stream: str, options: LslOptions, *, name: str) -> None:
         if not stream and not options.type:
             raise ParameterError(f"{name}: must name a stream, or its type (?type=Acceleration)")
-        self.name, self.rate = name, None
-        self.axes: tuple[str, ...] = ()
-        self.unit, self._factor = "1", 1.0
-        self.meter = RateMeter()
+        super().__init__(name)
         self._stream, self._options = stream, options
-        self._inlet: Any = None
-        self._next = self._received = self._lost = 0
+        self._factor = 1.0
         self._last_stamp: float | None = None
 
-    def __enter__(self) -> Self:
-        """Find and open it.
-
-        Raises `MissingExtraError` or `DeviceError` if pylsl or the stream is missing, or the stream contains text.
-        """
+    def _open(self) -> Any:
         pylsl, find_s = lsl(), self._options.find_s
         by, value = ("name", self._stream) if self._stream else ("type", self._options.type or "")
         with device_errors(self.name, library="pylsl"):
@@ -72,38 +59,19 @@ class LslSource:
         labels, units = _channels(info)
         self.axes = described_axes(int(info.channel_count()), labels)
         self.unit, self._factor = described_unit(self._options.unit, units)
-        self._inlet = inlet
-        return self
+        return inlet
 
-    def __exit__(self, *_: object) -> None:
-        inlet, self._inlet = self._inlet, None
-        if inlet is not None:
-            inlet.close_stream()
+    def _close(self, device: Any) -> None:
+        device.close_stream()
 
-    def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples, None if none arrived in time; `SourceLost` if the stream was closed."""
-        if self._inlet is None:
-            raise SourceLost(f"{self.name}: is not open")
-        try:
-            rows, stamps = self._inlet.pull_chunk(timeout=timeout_s, max_samples=4096, min_samples=1)
-        except RuntimeError as error:
-            # Covers its LostError and InternalError, whose modules differ between versions.
-            raise SourceLost(f"{self.name}: disappeared while it was read ({one_line(error)})") from error
+    def _read(self, device: Any, timeout_s: float) -> Block | None:
+        rows, stamps = device.pull_chunk(timeout=timeout_s, max_samples=4096, min_samples=1)
         if not len(stamps):
             return None
         samples = (np.asarray(rows, np.float64).T * self._factor).astype(np.float32)
         pieces = split_at_gaps(samples, np.asarray(stamps, np.float64), self.rate, self._last_stamp)
-        self._lost += sum(int(np.isnan(piece[0]).sum()) for piece in pieces)
-        whole, first = np.concatenate(pieces, axis=1), self._next
         self._last_stamp = float(stamps[-1])
-        self._next += whole.shape[1]
-        self._received += samples.shape[1]
-        self.meter.add(self._next, self._last_stamp)
-        return Block(whole, first, monotonic())
-
-    def facts(self) -> dict[str, Any]:
-        """Return the facts so far."""
-        return source_facts(self.meter, samples=self._received, lost=self._lost)
+        return self._block(np.concatenate(pieces, axis=1), measured_s=self._last_stamp)
 
 
 def _channels(info: Any) -> tuple[list[str], list[str]]:

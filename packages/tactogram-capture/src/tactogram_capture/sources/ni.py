@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import re
-from time import monotonic
-from typing import Any, Literal, Self
+from contextlib import suppress
+from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.errors import ParameterError, one_line
+from tactogram.errors import ParameterError
 from tactogram.extras import device_errors, imported
 from tactogram.signal import STANDARD_GRAVITY, parse_unit
-from tactogram_capture.source import Block, SourceLost
-from tactogram_capture.source_kind import SourceKind
-from tactogram_capture.stream.channels import axis_names, source_facts
-from tactogram_capture.stream.rate_estimate import RateMeter
+from tactogram_capture.source import Block, SourceKind
+from tactogram_capture.stream.channels import DeviceSource, axis_names
 
 WAITING_S = 10.0
 """Samples buffered by the driver, s; when its buffer is full, it stops rather than lose samples silently."""
@@ -46,36 +44,30 @@ class AnalogFormat(BaseModel):
     """``unit`` per V: 98.0665 m/s^2 for a sensor of 100 mV per g."""
 
 
-class NiSource:
-    """Analogue inputs of a National Instruments device; see `tactogram_capture.source.Source`.
+class NiSource(DeviceSource):
+    """Analogue inputs of a National Instruments device; ``channels`` as NI-DAQmx writes them, ``Dev1/ai0:2``.
 
-    ``channels`` are in the notation of NI-DAQmx, ``Dev1/ai0:2``; ``name`` is the address.
+    The driver loses nothing: it stops instead.
     """
+
+    failed = "stopped"
 
     def __init__(self, channels: str, form: AnalogFormat, *, name: str) -> None:
         if not re.fullmatch(r"[\w-]+/ai\d+(?:\s*[:,]\s*(?:[\w-]+/)?(?:ai)?\d+)*", channels):
             raise ParameterError(f"{name}: channels must be like Dev1/ai0:2, got {channels!r}")
-        self.name, self.form, self._channels = name, form, channels
-        self.rate: float | None = form.rate
+        super().__init__(name)
+        self.form, self._channels = form, channels
+        self.rate = form.rate
         self.unit, self._factor = ("m/s^2", STANDARD_GRAVITY) if form.kind == "acceleration" else ("V", 1.0)
         if form.unit is not None:
             self.unit, factor = parse_unit(form.unit)
             self._factor = form.scale * factor
         self.full_scale = form.range * abs(self._factor)
-        self.axes: tuple[str, ...] = ()
-        self.meter = RateMeter()
-        self._task: Any = None
-        self._error: type[BaseException] = OSError
-        self._next = 0
 
-    def __enter__(self) -> Self:
-        """Open and start it.
-
-        Raises `MissingExtraError` or `DeviceError` if nidaqmx, its driver or the device is missing.
-        """
+    def _open(self) -> Any:
         nidaqmx = imported("nidaqmx", extra="daq", what="National Instruments devices")
         constants = imported("nidaqmx.constants", extra="daq", what="National Instruments devices")
-        self._error = nidaqmx.errors.DaqError
+        self.failures = (nidaqmx.errors.DaqError,)
         with device_errors(self.name, library="nidaqmx"):
             task = nidaqmx.Task()
             try:
@@ -84,48 +76,28 @@ class NiSource:
             except BaseException:
                 task.close()
                 raise
-        self._task = task
-        return self
+        return task
 
-    def __exit__(self, *_: object) -> None:
-        task, self._task = self._task, None
-        if task is not None:
-            try:
-                task.close()
-            except self._error:
-                # An unplugged device cannot be stopped.
-                return
+    def _close(self, device: Any) -> None:
+        with suppress(*self.failures):  # an unplugged device cannot be stopped
+            device.close()
 
-    def read(self, timeout_s: float = 0.1) -> Block | None:
-        """Return new samples, None if none arrived in time; `SourceLost` if the device was disconnected."""
-        if self._task is None:
-            raise SourceLost(f"{self.name}: is not open")
+    def _read(self, device: Any, timeout_s: float) -> Block | None:
         wanted = max(1, min(int(self.form.rate * 0.01), 4096))
-        try:
-            available = int(self._task.in_stream.avail_samp_per_chan)
-            if available < wanted and timeout_s > 0:
-                # The driver waits for this many, or raises; it keeps the samples received until then.
-                try:
-                    rows = self._task.read(number_of_samples_per_channel=wanted, timeout=timeout_s)
-                except self._error as error:
-                    if getattr(error, "error_code", None) != _TIMED_OUT:
-                        raise
-                    return None
-            elif available:
-                rows = self._task.read(number_of_samples_per_channel=available, timeout=timeout_s)
-            else:
+        available = int(device.in_stream.avail_samp_per_chan)
+        if available < wanted and timeout_s > 0:
+            # The driver waits for this many, or raises; it keeps the samples received until then.
+            try:
+                rows = device.read(number_of_samples_per_channel=wanted, timeout=timeout_s)
+            except self.failures as error:
+                if getattr(error, "error_code", None) != _TIMED_OUT:
+                    raise
                 return None
-        except self._error as error:
-            raise SourceLost(f"{self.name}: stopped while it was read ({one_line(error)})") from error
-        samples = np.atleast_2d(np.asarray(rows, np.float64)) * self._factor
-        now, first = monotonic(), self._next
-        self._next += samples.shape[1]
-        self.meter.add(self._next, now)
-        return Block(samples.astype(np.float32), first, now)
-
-    def facts(self) -> dict[str, Any]:
-        """Return the facts so far. The driver loses nothing: it stops instead."""
-        return source_facts(self.meter, samples=self._next, lost=0)
+        elif available:
+            rows = device.read(number_of_samples_per_channel=available, timeout=timeout_s)
+        else:
+            return None
+        return self._block(np.atleast_2d(np.asarray(rows, np.float64)) * self._factor)
 
     def _configure(self, task: Any, constants: Any) -> None:
         form = self.form

@@ -19,7 +19,7 @@ from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.session.plan import PlannedTake
-from tactogram_capture.source_kind import SourceKind, required_place
+from tactogram_capture.source import SourceKind, required_place
 from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
 from tactogram_capture.twelite.source import TweliteSource
 

@@ -7,9 +7,9 @@ from pathlib import Path
 from pydantic import Field
 
 from tactogram.extras import imported
-from tactogram_capture.source_kind import SourceKind, required_place
-from tactogram_capture.stream.byte_stream import BAUD, SerialPort
-from tactogram_capture.stream.csv_columns import CsvFormat
+from tactogram_capture.source import SourceKind, required_place
+from tactogram_capture.stream.byte_source import BAUD, SerialPort
+from tactogram_capture.stream.csv_lines import CsvFormat
 from tactogram_capture.stream.csv_source import CsvSource
 
 

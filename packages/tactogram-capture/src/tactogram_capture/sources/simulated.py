@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from tactogram.errors import ParameterError
-from tactogram_capture.source_kind import SourceKind
+from tactogram_capture.source import SourceKind
 from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver
 from tactogram_capture.twelite.source import TweliteSource
 

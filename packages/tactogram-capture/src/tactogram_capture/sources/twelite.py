@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram_capture.source_kind import SourceKind, required_place
-from tactogram_capture.stream.byte_stream import BAUD, SerialPort
+from tactogram_capture.source import SourceKind, required_place
+from tactogram_capture.stream.byte_source import BAUD, SerialPort
 from tactogram_capture.twelite.source import TweliteSource
 
 

@@ -1,15 +1,18 @@
-"""Channels of a source: names of axes, units, gaps in time stamps, and the facts of every source."""
+"""Base of sources with a driver, and channels of a source: names of axes, units, gaps in time stamps, facts."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any
+from time import monotonic
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, ParameterError, UnitError
+from tactogram.errors import DataError, ParameterError, UnitError, one_line
 from tactogram.signal import parse_unit
+from tactogram_capture.source import Block, SourceLost
 from tactogram_capture.stream.rate_estimate import RateMeter
 
 LEAST_GAP_S = 0.05
@@ -94,3 +97,66 @@ def source_facts(
         "rate": None if estimate is None else estimate.facts(),
         "simulated": simulated,
     }
+
+
+class DeviceSource(ABC):
+    """Base of sources whose driver is asked for samples; see `tactogram_capture.source.Source`.
+
+    It opens and closes the device, counts samples and losses, and measures the rate. ``name`` is the address. An error
+    of the kinds ``failures`` while reading means that the device ``failed``.
+    """
+
+    rate: float | None = None
+    unit: str = "1"
+    axes: tuple[str, ...] = ()
+    failures: tuple[type[BaseException], ...] = (RuntimeError,)
+    failed = "disappeared"
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.meter = RateMeter()
+        self._device: Any = None
+        self._next = self._received = self._lost = 0
+
+    def __enter__(self) -> Self:
+        """Open and start it; `MissingExtraError` or `DeviceError` if its library, driver or the device is missing."""
+        self._device = self._open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        device, self._device = self._device, None
+        if device is not None:
+            self._close(device)
+
+    def read(self, timeout_s: float = 0.1) -> Block | None:
+        """Return new samples, None if none arrived in time; `SourceLost` if the device failed."""
+        if self._device is None:
+            raise SourceLost(f"{self.name}: is not open")
+        try:
+            return self._read(self._device, timeout_s)
+        except self.failures as error:
+            raise SourceLost(f"{self.name}: {self.failed} while it was read ({one_line(error)})") from error
+
+    def facts(self) -> dict[str, Any]:
+        """Return the facts so far."""
+        return source_facts(self.meter, samples=self._received, lost=self._lost)
+
+    @abstractmethod
+    def _open(self) -> Any:
+        """Open and start the device, and return it."""
+
+    def _close(self, device: Any) -> None:
+        device.close()
+
+    @abstractmethod
+    def _read(self, device: Any, timeout_s: float) -> Block | None:
+        """Return new samples as a `_block`, None if none arrived in time."""
+
+    def _block(self, samples: NDArray[Any], *, measured_s: float | None = None) -> Block:
+        """Return and count samples, shape (axis, n), that arrived now, ``measured_s`` on the device's own clock."""
+        block = Block(samples.astype(np.float32), self._next, monotonic())
+        self._next += len(block)
+        self._lost += block.lost
+        self._received += len(block) - block.lost
+        self.meter.add(self._next, block.arrival_s if measured_s is None else measured_s)
+        return block

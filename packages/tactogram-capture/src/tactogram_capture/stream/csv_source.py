@@ -14,11 +14,16 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError
 from tactogram.signal import TIME_UNITS, parse_unit
 from tactogram_capture.source import Block
-from tactogram_capture.stream.byte_source import ByteSource
-from tactogram_capture.stream.byte_stream import BAUD, ByteStream
+from tactogram_capture.stream.byte_source import BAUD, ByteSource, ByteStream
 from tactogram_capture.stream.channels import source_facts
-from tactogram_capture.stream.csv_columns import BoardColumns, CsvFormat, columns_of, since_reset
-from tactogram_capture.stream.csv_lines import RESTART, CsvParser
+from tactogram_capture.stream.csv_lines import (
+    RESTART,
+    BoardColumns,
+    CsvFormat,
+    CsvParser,
+    columns_of,
+    since_reset,
+)
 from tactogram_capture.stream.rate_estimate import RateEstimate, RateMeter
 
 FIRST_ROWS = 32

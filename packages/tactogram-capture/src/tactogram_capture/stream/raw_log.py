@@ -21,7 +21,6 @@ from typing import Any, Self
 
 from tactogram.errors import DataError
 from tactogram.text_files import decode_text, parse_json
-from tactogram_capture.stream.byte_stream import ByteStream
 
 HEAD = "# tactogram raw log "
 
@@ -73,41 +72,6 @@ class RawLog:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
-
-
-class LoggedStream:
-    """A `ByteStream` whose bytes are all written to a new log; parameters as of `RawLog`."""
-
-    def __init__(
-        self, stream: ByteStream, path: Path | str, *, kind: str, address: str, simulated: bool = False
-    ) -> None:
-        self.name = stream.name
-        self._stream, self._path = stream, path
-        self._facts: dict[str, Any] = {"kind": kind, "address": address, "simulated": simulated}
-        self._log: RawLog | None = None
-
-    def __enter__(self) -> Self:
-        """Open the log, then the stream: without a log nothing is recorded."""
-        self._log = RawLog(self._path, **self._facts)
-        try:
-            self._stream.__enter__()
-        except BaseException:
-            self._log.close()
-            raise
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        self._stream.__exit__(*error)
-        log, self._log = self._log, None
-        if log is not None:
-            log.close()
-
-    def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return bytes and their arrival after writing them to the log; None if none arrived in time."""
-        received = self._stream.read(timeout_s)
-        if received is not None and self._log is not None:
-            self._log.write(*received)
-        return received
 
 
 def escaped(data: bytes) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import struct
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,8 +170,8 @@ def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | Rejec
     else:
         return RejectedLine("standard form")
     return _of_text(
-        sender, int(sequence, 16), mode, rows, "standard", arrival_s,
-        relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1), adc2_mv=int(adc2),
+        rows, mode, sender=sender, sequence=int(sequence, 16), form="standard", arrival_s=arrival_s, relay=relay,
+        lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1), adc2_mv=int(adc2),
     )  # fmt: skip
 
 
@@ -203,34 +203,18 @@ def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket |
         return RejectedLine("columns")
     # Serial numbers are printed without their first digit, which is 8 in all of them.
     return _of_text(
-        f"8{sender.upper()}", number, mode, [tuple(first.split(";"))], form, arrival_s,
+        [tuple(first.split(";"))], mode, sender=f"8{sender.upper()}", sequence=number, form=form, arrival_s=arrival_s,
         receiver_s=float(clock), relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1),
         adc2_mv=int(adc2),
     )  # fmt: skip
 
 
-def _of_text(
-    sender: str,
-    sequence: int,
-    mode: Mode,
-    rows: list[tuple[str, ...]],
-    form: Form,
-    arrival_s: float,
-    *,
-    receiver_s: float = float("nan"),
-    relay: str,
-    lqi: int,
-    battery_mv: int,
-    adc1_mv: int,
-    adc2_mv: int,
-) -> Packet | RejectedLine:
-    values = np.array([[int(value) for value in row] for row in rows])
-    if values.min() < -32768 or values.max() > 32767 or lqi > 255:
+def _of_text(rows: list[tuple[str, ...]], mode: Mode, **values: Any) -> Packet | RejectedLine:
+    """Return the packet with the counts of its samples as text, and further values."""
+    counts = np.array([[int(value) for value in row] for row in rows])
+    if counts.min() < -32768 or counts.max() > 32767 or values["lqi"] > 255:
         return RejectedLine("out of range")
-    samples = (values.T * UNITS_BY_MODE[mode]).astype(np.float32)
-    return Packet(
-        sender, sequence, mode, samples, form, arrival_s, receiver_s, relay, lqi, battery_mv, adc1_mv, adc2_mv
-    )
+    return Packet(samples=(counts.T * UNITS_BY_MODE[mode]).astype(np.float32), mode=mode, **values)
 
 
 # A value is printed with at least four characters, including the sign.

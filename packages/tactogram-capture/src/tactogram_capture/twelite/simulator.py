@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.source import SourceEnded, SourceLost
-from tactogram_capture.stream.byte_stream import SerialPort
+from tactogram_capture.stream.byte_source import SerialPort
 from tactogram_capture.twelite.messages import (
     FIFO_SAMPLES,
     MILLI_G,

@@ -12,8 +12,7 @@ import numpy as np
 from tactogram.errors import ParameterError
 from tactogram.signal import STANDARD_GRAVITY
 from tactogram_capture.source import Block
-from tactogram_capture.stream.byte_source import ByteSource
-from tactogram_capture.stream.byte_stream import ByteStream
+from tactogram_capture.stream.byte_source import ByteSource, ByteStream
 from tactogram_capture.twelite.messages import AXES, Packet
 from tactogram_capture.twelite.parser import TweliteParser
 from tactogram_capture.twelite.sequence import Timeline, TimelineSegment

@@ -23,7 +23,7 @@ from tactogram.workflows import (
 from tactogram_capture import open_source
 from tactogram_capture.live.recognition import Classification, Latencies, classify_windows
 from tactogram_capture.session.feed import Feed
-from tactogram_capture.stream.monitor import TappedSource
+from tactogram_capture.source import TappedSource
 from tactogram_capture.workflows.requests import LiveRequest
 
 CONTEXT_S = 0.5

@@ -12,9 +12,9 @@ from tactogram.signal.io import write_signal
 from tactogram.validation import validated
 from tactogram.workflows import takes
 from tactogram_capture import SensorLog, filled, gap_free, read_log, read_xdf
-from tactogram_capture.logs.log import LogKind
+from tactogram_capture.logs import LogKind
 from tactogram_capture.session.take import STREAM_OF_UNIT, rate_of
-from tactogram_capture.stream.csv_columns import CsvFormat
+from tactogram_capture.stream.csv_lines import CsvFormat
 from tactogram_capture.workflows.requests import LogRequest
 
 LICENCE = "not stated: own recordings"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from tactogram_capture.live.recognition import WindowClassification
     from tactogram_capture.session.console import Console
     from tactogram_capture.session.metronome import Metronome
-    from tactogram_capture.stream.monitor import BlockListener
+    from tactogram_capture.source import BlockListener
     from tactogram_capture.workflows.live import LiveClassifier
 
 SOURCE = "twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:, log:FILE, played:STORE"

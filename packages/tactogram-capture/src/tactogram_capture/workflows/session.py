@@ -19,11 +19,10 @@ from tactogram_capture import Source, open_source
 from tactogram_capture.catalogue import parse_address
 from tactogram_capture.session.console import Console, LineConsole
 from tactogram_capture.session.journal import Journal
-from tactogram_capture.session.metronome import LoudspeakerMetronome, Metronome, SilentMetronome
+from tactogram_capture.session.metronome import Metronome
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
 from tactogram_capture.session.session import Recognise, RecordingSession, session_folder
-from tactogram_capture.source import PlanFollower
-from tactogram_capture.stream.monitor import TappedSource
+from tactogram_capture.source import PlanFollower, TappedSource
 from tactogram_capture.workflows.requests import CaptureRequest
 
 
@@ -65,7 +64,7 @@ def capture(request: CaptureRequest) -> dict[str, Any]:
         metronome = request.metronome
         if metronome is None:
             audible = request.sound and values.metronome
-            metronome = _metronome(console) if audible else SilentMetronome()
+            metronome = _metronome(console) if audible else Metronome()
         run = RecordingSession(
             values, store, name, source, console, journal,
             metronome=metronome, recognise=recognise, on_trial=_on_trial(opened), log=log.name if log.exists() else "",
@@ -130,12 +129,12 @@ def _metronome(console: Console) -> Metronome:
             sounddevice.query_devices(kind="output")
     except TactogramError as error:
         console.say(f"the metronome is silent: {error}")
-        return SilentMetronome()
+        return Metronome()
 
     def play(signal: Signal) -> None:
         sounddevice.play(signal.samples[0], int(signal.rate))
 
-    return LoudspeakerMetronome(play, sounddevice.stop)
+    return Metronome(play, sounddevice.stop)
 
 
 def _on_trial(source: Source) -> Callable[[Any], None] | None:

@@ -33,9 +33,8 @@ from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.participants.prepared_stimuli import PreparedStimuli
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import shipped_studies
-from tactogram_study.workflows.export import export_zip
-from tactogram_study.workflows.sessions import begin_session
-from tactogram_study.workflows.simulation import simulate_session
+from tactogram_study.workflows.answers import export_zip
+from tactogram_study.workflows.sessions import begin_session, simulate_session
 
 SHORT = {"design.repeats": 4, "practice": {"trials": 1}, "grid.items": ["tile"]}
 

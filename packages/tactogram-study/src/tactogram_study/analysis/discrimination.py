@@ -20,7 +20,6 @@ from tactogram.statistics import (
     share_of,
     smallest_significant,
 )
-from tactogram_study.analysis.exact import exact_finding, share_columns
 from tactogram_study.analysis.findings import (
     ALPHA,
     BY_P,
@@ -28,8 +27,10 @@ from tactogram_study.analysis.findings import (
     Finding,
     Role,
     estimate_finding,
+    exact_finding,
     numeric_answers,
     section_of,
+    share_columns,
 )
 from tactogram_study.answers import Answers
 

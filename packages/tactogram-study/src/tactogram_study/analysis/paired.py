@@ -1,15 +1,21 @@
-"""Paired tests of participants' differences: Student's t, Wilcoxon's signed ranks, and equivalence."""
+"""Paired tests of participants' differences: Student's t, Wilcoxon's signed ranks, and equivalence.
+
+Between conditions (the default analysis of a design), and of each item from the others that the same people answered.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tactogram.statistics import holm, paired_equivalence, pseudomedian, signed_rank_p, summary
-from tactogram_study.analysis.findings import Finding, Role
+from tactogram.statistics import holm, nan_mean, paired_equivalence, pseudomedian, signed_rank_p, summary
+from tactogram_study.analysis.findings import AnalysisSection, Finding, Role, numeric_answers, section_of
+from tactogram_study.answers import Answers
 
 Numbers = NDArray[np.float64]
 
@@ -70,6 +76,21 @@ def paired_findings(
     return [t, rank]
 
 
+def mean_finding(
+    values: Numbers, of: str, test: str, role: Role, measure: str, *, n: int, **more: Any
+) -> Finding:
+    """Return the mean of one value of each participant, with its interval by Student's t.
+
+    Of a single participant there is no interval, and ``more``, further values of the `Finding`, do not hold.
+    """
+    found = summary(values)
+    if found.n == 1:
+        note = "one participant: no interval over people"
+        return Finding(of, test, role, measure, found.mean, n=n, participants=1, note=note)
+    interval = (found.mean, found.low, found.high)
+    return Finding(of, test, role, measure, *interval, n=n, participants=found.n, **more)
+
+
 def holm_paired(
     gaps: Mapping[str, tuple[Numbers, int]],
     measure: str,
@@ -102,3 +123,105 @@ def paired_ps(differences: Numbers) -> tuple[float, float]:
     # Differences without spread: t is infinite, as it should be.
     t = abs(found.mean) / found.se if found.se > 0 else np.inf
     return float(2 * stats.t.sf(t, found.n - 1)), signed_rank_p(differences)
+
+
+def analyse_means(answers: Answers, *, title: str, margin: float | None = None) -> AnalysisSection:
+    """Return the mean of each stimulus and condition over participants, and the differences between conditions.
+
+    Confirmatory are the differences, each participant's mean over stimuli paired: Student's t with Holm's correction
+    over the pairs of conditions. Raises `DataError` if no answer is a number.
+    """
+    kept, notes = numeric_answers(answers, title)
+    rows: list[dict[str, Any]] = []
+    for (stimulus, condition), means in kept.participant_means("stimulus", "condition").items():
+        found = summary(means)
+        single = found.n == 1
+        rows.append(
+            {
+                "stimulus": stimulus,
+                "condition": condition,
+                "mean": found.mean,
+                "low": None if single else found.low,
+                "high": None if single else found.high,
+                "participants": found.n,
+            }
+        )
+    findings = _differences(kept, margin)
+    if not findings:
+        notes += ("one condition or one participant: nothing is compared",)
+    return section_of(kept, title, findings, {"means over participants": rows}, notes)
+
+
+def _differences(kept: Answers, margin: float | None) -> list[Finding]:
+    """Return the paired differences of every two conditions that two or more participants answered."""
+    means = {
+        condition: {who: float(rows.numbers().mean()) for who, rows in group.by("participant").items()}
+        for condition, group in kept.by("condition").items()
+    }
+    gaps = {}
+    for first, second in combinations(sorted(means), 2):
+        both = [who for who in means[first] if who in means[second]]
+        if len(both) > 1:
+            apart = np.array([means[first][who] - means[second][who] for who in both])
+            count = len(kept.where(condition=(first, second)))
+            gaps[f"{first} minus {second}"] = (apart, count)
+    return holm_paired(gaps, "difference of means", margin, ("confirmatory", "check")) if gaps else []
+
+
+WHOLE, REST = "all words", "minus the mean of the others"
+
+
+def item_contrasts(
+    answers: Answers, measure: str, *, margin: float | None = None, per_word: bool = False
+) -> list[Finding]:
+    """Return each item's difference from the mean of the other items, paired by participant.
+
+    Over all words with equal weights, and with ``per_word`` also for each word. p by Holm over items, and over items
+    and words. A participant counts for an item if they answered the same word for it and for another. The findings are
+    checks; there are none with one item or one participant.
+    """
+    items, words = answers.unique("stimulus"), answers.unique("question")
+    gaps = gaps_to_the_rest(answers)
+    counts = {item: len(answers.where(stimulus=item)) for item in items}
+    means = nan_mean(gaps, 2)
+    whole = {item: means[~np.isnan(means[:, k]), k] for k, item in enumerate(items)}
+    found = holm_paired(
+        {
+            f"{item} {REST}, {WHOLE}": (people, counts[item])
+            for item, people in whole.items()
+            if len(people) > 1
+        },
+        measure,
+        margin,
+    )
+    if not per_word:
+        return found
+    single = {
+        f"{item} {REST}, {word}": (gaps[:, i, w][~np.isnan(gaps[:, i, w])], counts[item] // len(words))
+        for i, item in enumerate(items)
+        for w, word in enumerate(words)
+    }
+    kept = {of: gap for of, gap in single.items() if len(gap[0]) > 1}
+    return found + holm_paired(kept, measure, margin)
+
+
+def gaps_to_the_rest(answers: Answers) -> Numbers:
+    """Return each participant's answer about an item minus the mean of the other items, for each word.
+
+    Shape (participant, item, word); NaN where a participant lacks the word for the item, or for all others.
+    """
+    names = [answers.unique(name) for name in ("participant", "stimulus", "question")]
+    places = [{name: k for k, name in enumerate(column)} for column in names]
+    sums, counts = np.zeros((2, *map(len, names)))
+    for row in answers:
+        cell = places[0][row.participant], places[1][row.stimulus], places[2][row.question]
+        sums[cell] += row.value
+        counts[cell] += 1
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = sums / counts
+        present = counts > 0
+        others = present.sum(1, keepdims=True) - 1
+        rest = (np.where(present, means, 0).sum(1, keepdims=True) - means) / others
+        gaps: Numbers = means - rest
+    gaps[~np.isfinite(gaps)] = np.nan
+    return gaps

@@ -48,7 +48,7 @@ class _ExportRequest(_SessionRequest):
 
 
 def _progress(request: _SessionRequest, show: Printer) -> None:
-    from tactogram_study.session.states import status_counts, status_label
+    from tactogram_study.session.progress import status_counts, status_label
     from tactogram_study.workflows.sessions import session_progress
 
     facts = session_progress(request.folder)
@@ -89,7 +89,7 @@ def _end(request: _EndRequest, show: Printer) -> None:
 
 
 def _export(request: _ExportRequest, show: Printer) -> None:
-    from tactogram_study.workflows.export import export_study
+    from tactogram_study.workflows.answers import export_study
 
     show(facts := export_study(**vars(request)), lines_of(facts))
     if request.salvage:

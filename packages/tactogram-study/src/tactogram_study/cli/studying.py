@@ -54,7 +54,7 @@ def _designs(request: _ListRequest, show: Printer) -> None:
 def _languages(request: _LanguagesRequest, show: Printer) -> None:
     import tomli_w
 
-    from tactogram_study.language_files import complete_texts
+    from tactogram_study.wording import complete_texts
     from tactogram_study.workflows.studies import list_languages
 
     if request.language:
@@ -87,7 +87,7 @@ def _check(request: _CheckRequest, show: Printer) -> None:
 
 
 def _simulate(request: ParticipantsRequest, show: Printer) -> None:
-    from tactogram_study.workflows.simulation import simulate_study
+    from tactogram_study.workflows.sessions import simulate_study
 
     with show.progress() as progress:
         result = simulate_study(**vars(request) | {"progress": progress})

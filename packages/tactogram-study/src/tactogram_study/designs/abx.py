@@ -16,16 +16,13 @@ from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question
-from tactogram_study.language_files import text_field
-from tactogram_study.orders import balanced_sides, generator, ordered
+from tactogram_study.orders import balanced_sides, generator
 from tactogram_study.power.assumptions import GEE, PowerAssumptions
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, Page, PageAnswers, Participant, Slot
-from tactogram_study.wording import Wording
+from tactogram_study.trials import DesignContext, History, Page, Participant, Slot
+from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
     from tactogram_study.simulated_participants import SimulatedParticipant
@@ -42,24 +39,23 @@ class Abx(Design):
     question_text: ClassVar[str] = "Is X the same as A or as B?"
     has_right_answers: ClassVar[bool] = True
     margins: ClassVar[Mapping[str, MarginScale]] = {"abx": MarginScale("of the share correct", below=0.5)}
+    drawings: ClassVar[Mapping[str, str]] = {
+        "abx_correct": "tactogram_study.analysis.figures:correct_figure",
+    }
     power: ClassVar[Mapping[str, PowerAssumptions]] = {
         "abx": PowerAssumptions(
             "share", 0.6, "share correct of a typical participant (person_sd: of logits)", 0.4, 0.0, 0.1,
             (10, 20), (12, 48), "answers of each participant", GEE,
         )
     }  # fmt: skip
-    labels: ClassVar[Mapping[str, str]] = {
-        "repeats": "Repeats of each pair",
-        "which": "Question",
-    }
 
     kind: Literal["abx"] = "abx"
     pairs: tuple[tuple[str, str], ...] = ()
     """Names of stimuli. By default all pairs of conditions within each item, or all pairs if no item has two."""
-    repeats: int = Field(default=4, ge=1, le=1000)
+    repeats: int = Field(default=4, ge=1, le=1000, title="Repeats of each pair")
     """Trials of each pair; with a multiple of four each arrangement of A, B and X comes equally often."""
     instructions: Wording = text_field("abx_instructions")
-    which: Wording = text_field("abx_which")
+    which: Wording = text_field("abx_which", "Question")
 
     def check(self, setting: DesignContext) -> None:
         """Raise `ParameterError` for unknown stimuli in pairs, and for a study without any pair."""
@@ -74,15 +70,12 @@ class Abx(Design):
             update={"pairs": tuple(pair for pair in self.pairs if set(pair) <= set(names))}
         )
 
-    def next_page(
-        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
-    ) -> Page | None:
+    def next_page(self, setting: DesignContext, participant: Participant, history: History) -> Page | None:
         pairs = self._pairs(setting)
         if len(history) == self.repeats * len(pairs):
             return None
-        rule, seed, number = setting.order, setting.seed, participant.number
-        order = ordered(range(len(pairs)), rule=rule, repeats=self.repeats, seed=seed, participant=number)
-        rng = generator(seed, number, "places")
+        order = setting.ordered(range(len(pairs)), participant, repeats=self.repeats)
+        rng = generator(setting.seed, participant.number, "places")
         places = [balanced_sides(self.repeats, rng, PLACES) for _ in pairs]
         trial = len(history) + 1
         block, repeat, which = order[trial - 1]
@@ -105,12 +98,6 @@ class Abx(Design):
                 answers, title="ABX: is X A or B?", d_prime=d_prime_abx, margin=margin, alpha=plan.alpha
             )
         ]
-
-    @classmethod
-    def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
-        from tactogram_study.analysis.figures import correct_figure
-
-        return {"abx_correct": correct_figure(section)}
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
         return {"trials": (self.total(setting),)}

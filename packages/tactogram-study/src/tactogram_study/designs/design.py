@@ -9,6 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -20,8 +21,8 @@ from tactogram_study.questions import AnswerOption, Question
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.trials import (
     DesignContext,
+    History,
     Page,
-    PageAnswers,
     PageQuestion,
     Participant,
     PresentedStimulus,
@@ -72,9 +73,16 @@ class Design(BaseModel, ABC):
     """Descriptions of extra columns of its answers, and of columns that differ from other designs."""
     key_columns: ClassVar[tuple[str, ...]] = ()
     """Extra columns with keys of items, conditions or stimuli."""
+    analysis: ClassVar[str] = ""
+    """Analysis of its answers as ``module:function``, called with the answers and ``margin``; by default that of means.
+    A name rather than a function, so that its libraries are imported when it is called; likewise the figures."""
+    drawings: ClassVar[Mapping[str, str]] = {}
+    """Figures of a section, as ``module:function`` by file name; by default that of means."""
+    simulation: ClassVar[str] = ""
+    """Its power method, as ``module:class``; by default one of `tactogram_study.power.methods.METHODS`."""
 
     labels: ClassVar[Mapping[str, str]] = {}
-    """Labels of its settings in forms, by key, and of a choice by ``KEY.VALUE``; by default the key in words."""
+    """Labels of choices in forms, by ``KEY.VALUE``; that of a setting is the ``title`` of its field."""
 
     kind: str
     """Name of the design in a study's file; a subclass fixes it: ``kind: Literal["abx"] = "abx"``."""
@@ -85,9 +93,7 @@ class Design(BaseModel, ABC):
         """Raise `ParameterError` for stimuli that the design cannot ask about."""
 
     @abstractmethod
-    def next_page(
-        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
-    ) -> Page | None:
+    def next_page(self, setting: DesignContext, participant: Participant, history: History) -> Page | None:
         """Return the page after ``history``, this design's answered pages in order; None at the end.
 
         A pure function of the study, the participant and the answers so far: a session resumes after a crash by calling
@@ -150,10 +156,12 @@ class Design(BaseModel, ABC):
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
         """Return the analysis of answers to trials of this kind, a section per question.
 
-        By default means by participant, of every stimulus and condition, and the differences between conditions. Raises
-        `DataError` if the answers cannot be analysed.
+        By default that of ``analysis``, or means by participant, of every stimulus and condition, and the differences
+        between conditions. Raises `DataError` if the answers cannot be analysed.
         """
-        from tactogram_study.analysis.means import analyse_means
+        if cls.analysis:
+            return [resolve_name(cls.analysis)(answers, margin=plan.margins.get(cls.margin_for("")))]
+        from tactogram_study.analysis.paired import analyse_means
 
         return [
             analyse_means(rows, title=cls.title, margin=plan.margins.get(cls.margin_for(question)))
@@ -163,16 +171,15 @@ class Design(BaseModel, ABC):
     @classmethod
     def figures(cls, section: AnalysisSection, answers: Answers) -> dict[str, Figure]:
         """Return the figures of a section from `analyse` and its answers, by file name without suffix."""
-        from tactogram_study.analysis.figures import means_figure
-
-        return {f"{section.design}_{section.question}": means_figure(section)}
+        means = {f"{section.design}_{section.question}": "tactogram_study.analysis.figures:means_figure"}
+        return {name: resolve_name(draw)(section) for name, draw in (cls.drawings or means).items()}
 
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
         """Return the simulation of a power table's studies, by the ``kind`` of its assumptions."""
         from tactogram_study.power.methods import METHODS
 
-        return METHODS[kind]
+        return resolve_name(cls.simulation)() if cls.simulation else METHODS[kind]
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
         """Return options of its power table that follow from the study: ``trials``, ``items``."""

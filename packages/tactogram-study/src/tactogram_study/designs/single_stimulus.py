@@ -1,23 +1,30 @@
-"""Base of designs that ask about one stimulus at a time, each equally often, in the study's order."""
+"""Bases of designs that ask about one stimulus at a time, each equally often, in the study's order.
+
+[1] "Conditional Generative Adversarial Network-Based Tactile Stimulus Generation for Ultrasonic Tactile Display"
+(Sec. III-A and V-A); [2] "A Cross-Modal Tactile Reproduction …" (Sec. II-B and II-D).
+"""
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from tactogram_study.designs.design import Design
-from tactogram_study.orders import ordered
+from tactogram_study.orders import generator
+from tactogram_study.questions import IDENTIFIER
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, Page, PageAnswers, PageQuestion, Participant
+from tactogram_study.trials import DesignContext, History, Page, PageQuestion, Participant
+from tactogram_study.wording import Wording, default_text, language_texts
 
 
 class SingleStimulus(Design):
     """A design with a page per stimulus; a subclass defines its questions in `questions_about`."""
 
-    repeats: int = Field(default=1, ge=1, le=1000)
+    repeats: int = Field(default=1, ge=1, le=1000, title="Repeats of each stimulus")
     """Trials of each stimulus."""
 
     @abstractmethod
@@ -38,19 +45,11 @@ class SingleStimulus(Design):
         """Return the trials of the first participant."""
         return self.repeats * len(self.stimuli_of(setting, Participant("", 1)))
 
-    def next_page(
-        self, setting: DesignContext, participant: Participant, history: Sequence[PageAnswers]
-    ) -> Page | None:
+    def next_page(self, setting: DesignContext, participant: Participant, history: History) -> Page | None:
         stimuli = self.stimuli_of(setting, participant)
         if len(history) == self.repeats * len(stimuli):
             return None
-        order = ordered(
-            range(len(stimuli)),
-            rule=setting.order,
-            repeats=self.repeats,
-            seed=setting.seed,
-            participant=participant.number,
-        )
+        order = setting.ordered(range(len(stimuli)), participant, repeats=self.repeats)
         trial = len(history) + 1
         block, repeat, which = order[trial - 1]
         stimulus = stimuli[which]
@@ -64,3 +63,56 @@ class SingleStimulus(Design):
             total=len(order),
             layout=self.layout(),
         )
+
+
+def _ten_words() -> tuple[str, ...]:
+    from tactogram.datasets import WORDS  # imports libraries that listing designs does not need
+
+    return WORDS
+
+
+class WordScales(SingleStimulus):
+    """A design that asks about each of several words."""
+
+    labels: ClassVar[Mapping[str, str]] = {
+        "word_order.random": "random",
+        "word_order.as-listed": "as listed",
+    }
+
+    words: tuple[str, ...] = Field(default_factory=_ten_words)
+    """Words in question (Table 1 of [1] and [2])."""
+    word_texts: dict[str, Wording] = Field(default_factory=dict)
+    """Texts of the words; the ten words have texts in every language, others are their own text."""
+    word_order: Literal["random", "as-listed"] = Field(default="random", title="Order of the words on a page")
+    """Within a page. The papers only state a random order of what was evaluated."""
+
+    @field_validator("words")
+    @classmethod
+    def _different(cls, words: tuple[str, ...]) -> tuple[str, ...]:
+        if not words or len(set(words)) != len(words):
+            raise ValueError("words must be distinct, and at least one")
+        for word in words:
+            if not re.fullmatch(IDENTIFIER, word):
+                raise ValueError(
+                    "a word must be letters, digits, _ and -, beginning with a letter; give its text in word_texts"
+                )
+        return words
+
+    def questions_about(
+        self, stimulus: Stimulus, *, setting: DesignContext, participant: Participant, trial: int
+    ) -> tuple[PageQuestion, ...]:
+        words = list(self.words)
+        if self.word_order == "random":
+            drawn = generator(setting.seed, participant.number, "words", trial).permutation(len(words))
+            words = [words[i] for i in drawn]
+        return tuple(self.word_question(word, stimulus) for word in words)
+
+    @abstractmethod
+    def word_question(self, word: str, stimulus: Stimulus) -> PageQuestion:
+        """Return the question about one word."""
+
+    def word_text(self, word: str) -> Wording:
+        """Return the text of a word."""
+        if text := self.word_texts.get(word):
+            return text
+        return default_text(key) if (key := f"word_{word}") in language_texts()["en"] else Wording(word)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from collections.abc import Iterable
 
-from tactogram_study.language_files import complete_texts, language_texts
+from tactogram_study.wording import complete_texts, language_texts
 
 
 def paragraphs(key: str, languages: Iterable[str] | None = None) -> str:

@@ -13,13 +13,12 @@ from typing import TypeVar
 import numpy as np
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.rendering import Display, open_display
+from tactogram.rendering import Display
 from tactogram.signal import Signal
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import Page, PresentedStimulus
-from tactogram_study.workflows.browser_playback import check_browser
-from tactogram_study.workflows.stimuli import SlotPlayback, StudyStimuli
+from tactogram_study.workflows.stimuli import SlotPlayback, StudyStimuli, check_browser
 from tactogram_study.workflows.streams import FingerStream
 
 T = TypeVar("T")
@@ -36,17 +35,13 @@ PATIENCE_S = 10.0
 log = logging.getLogger("tactogram_studio")
 
 
-class PreparedStimuli:
-    """Stimuli of one study, for any thread; concurrent requests for one stimulus make it once.
-
-    File paths of the study are relative to ``folder``; the folders ``within`` may contain the files.
-    """
+class PreparedStimuli(StudyStimuli):
+    """Stimuli of one study, for any thread; concurrent requests for one stimulus make it once."""
 
     def __init__(self, study: Study, folder: Path, *, within: Sequence[Path]) -> None:
-        self.study = study
+        super().__init__(study, folder, within=within)
         self.failures: dict[str, str] = {}
         """Why a stimulus could not be made, by name."""
-        self._source = StudyStimuli(study, folder, within=within)
         self._pictures: OrderedDict[str, bytes] = OrderedDict()
         self._guard = threading.Lock()
         self._locks: defaultdict[object, threading.Lock] = defaultdict(threading.Lock)
@@ -56,15 +51,11 @@ class PreparedStimuli:
         self._stopped = False
         self._thread: threading.Thread | None = None
 
-    def check(self) -> None:
-        """Refuse files, runs and displays outside of the allowed folders."""
-        self._source.check_places()
-
     def start(self) -> None:
         """Start preparing stimuli in a thread, unless it runs."""
         with self._guard:
             if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="stimuli", daemon=True)
+                self._thread = threading.Thread(target=self._prepare_all, name="stimuli", daemon=True)
                 self._thread.start()
 
     def stop(self) -> None:
@@ -75,26 +66,12 @@ class PreparedStimuli:
         if self._thread is not None:
             self._thread.join(PATIENCE_S)
 
-    def is_simulated(self, stimulus: Stimulus) -> bool:
-        """Return whether any of a stimulus is simulated, by what its files say, too."""
-        return self._source.is_simulated(stimulus)
-
-    def limited(self) -> dict[str, list[str]]:
-        """Return what of each stimulus was outside of what its runs learned."""
-        return self._source.limited()
-
     @property
     def displays(self) -> tuple[Display, ...]:
         """Displays that play any stimulus."""
         played = [stimulus for stimulus in self.study.all_stimuli if stimulus.is_played]
         named = {stimulus.display or self.study.display: stimulus for stimulus in played}
-        return tuple(self._source.display(stimulus) for stimulus in named.values())
-
-    def display(self, presented: PresentedStimulus) -> Display:
-        """Return a slot's display; the study's for silence."""
-        if presented.stimulus is None:
-            return open_display(self.study.display)
-        return self._source.display(presented.stimulus)
+        return tuple(map(self.display, named.values()))
 
     def drive(self, page: Page, slot: str) -> tuple[Signal, SlotPlayback]:
         """Return a slot's drive and how it was rendered.
@@ -103,7 +80,7 @@ class PreparedStimuli:
         participants.
         """
         if self.study.played_by == "browser":
-            check_browser(self.display(page.slot(slot)))
+            check_browser(self.display(page.slot(slot).stimulus))
         played = self._played(page.slot(slot))
         return (played.drive.signal if played.drive is not None else self._silence(page)), played
 
@@ -127,26 +104,19 @@ class PreparedStimuli:
             )
             self._wakeup.notify()
 
-    def picture(self, page: Page, slot: str) -> bytes:
-        """Return the picture of a slot as PNG without metadata; `ParameterError` if the slot has none."""
-        stimulus = page.slot(slot).stimulus
-        if stimulus is None or not stimulus.is_seen:
-            raise ParameterError(f"page {page.token} shows no picture in slot {slot!r}")
-        return self._picture(stimulus)
-
     def _played(self, presented: PresentedStimulus) -> SlotPlayback:
         name = presented.stimulus.name if presented.stimulus is not None else ""
-        return self._made_once(
-            name, ("played", name, presented.gain_db), lambda: self._source.played(presented)
-        )
+        return self._made_once(name, ("played", name, presented.gain_db), lambda: self.played(presented))
 
-    def _picture(self, stimulus: Stimulus) -> bytes:
+    def picture(self, stimulus: Stimulus) -> bytes:
+        """Return the picture of a stimulus as PNG without metadata; `ParameterError` if it has none."""
+
         def made() -> bytes:
             with self._guard:
                 if stimulus.name in self._pictures:
                     self._pictures.move_to_end(stimulus.name)
                     return self._pictures[stimulus.name]
-            image = self._source.image(stimulus)
+            image = self.image(stimulus)
             if image is None:
                 raise ParameterError(f"stimulus {stimulus.name} has no picture")
             from PIL import Image as Pillow
@@ -180,11 +150,11 @@ class PreparedStimuli:
                 drive = self._played(presented).drive
                 if drive is not None:
                     return drive.signal.with_samples(np.zeros_like(drive.signal.samples))
-        display = open_display(self.study.display)
+        display = self.display(None)
         samples = np.zeros((len(display.channels), round(SILENCE_S * display.rate)), np.float32)
         return Signal(samples, display.rate, display.unit, display.channels)
 
-    def _run(self) -> None:
+    def _prepare_all(self) -> None:
         while (presented := self._next()) is not None:
             stimulus = presented.stimulus
             if stimulus is None:
@@ -193,7 +163,7 @@ class PreparedStimuli:
                 if stimulus.is_played:
                     self._played(presented)
                 if stimulus.is_seen:
-                    self._picture(stimulus)
+                    self.picture(stimulus)
             except TactogramError as error:
                 log.warning("%s", error)
             except Exception:  # a bug must not end the thread: the other stimuli can be made

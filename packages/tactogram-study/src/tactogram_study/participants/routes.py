@@ -16,7 +16,6 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
 from tactogram.errors import ParameterError
-from tactogram_study.language_files import complete_texts, language_texts
 from tactogram_study.participants.bodies import (
     AnswersRequest,
     AnswersResponse,
@@ -29,10 +28,9 @@ from tactogram_study.participants.bodies import (
     finite_json,
 )
 from tactogram_study.participants.every_language import paragraphs
-from tactogram_study.participants.finger_route import add_finger_route
-from tactogram_study.participants.rate_limit import RateLimiter
 from tactogram_study.participants.refusals import (
     OutdatedPageError,
+    RateLimiter,
     RateLimitError,
     SentenceRoute,
     spend,
@@ -43,10 +41,11 @@ from tactogram_study.participants.sessions import (
     SessionRegistry,
     UnknownSessionError,
 )
-from tactogram_study.participants.stimulus_routes import add_stimulus_routes
+from tactogram_study.participants.stimulus_routes import add_finger_route, add_stimulus_routes
 from tactogram_study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram_study.session.progress import ParticipantState
 from tactogram_study.trials import Participant
+from tactogram_study.wording import complete_texts, language_texts
 
 STATIC = Path(__file__).parent / "static"
 MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}

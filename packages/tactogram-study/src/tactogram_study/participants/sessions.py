@@ -165,7 +165,7 @@ class SessionRegistry:
         loaded = Study.load(study, changes=changes)
         files = study_folder(study).resolve()
         stimuli = PreparedStimuli(loaded, files, within=[files, *self._within])
-        stimuli.check()
+        stimuli.check_places()
         if loaded.played_by != "browser":
             for display in stimuli.displays:
                 self.display.check(display, streams=loaded.played_by == "stream")

@@ -1,18 +1,23 @@
-"""Routes for the stimuli of a participant's current page: sounds, pictures, and playing on the server's display."""
+"""Routes for the stimuli of a participant's current page: sounds, pictures, the server's display, and the finger."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Annotated, Any
 
 import anyio.to_thread
-from fastapi import APIRouter, Query, Response
+from fastapi import APIRouter, Query, Response, WebSocket, WebSocketDisconnect
+from pydantic import ValidationError
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram_study.participants.bodies import (
     EmptyRequest,
+    FingerMessage,
+    FingerStatus,
     PageToken,
     PlayRequest,
     PlayResponse,
@@ -20,7 +25,14 @@ from tactogram_study.participants.bodies import (
     StopResponse,
 )
 from tactogram_study.participants.prepared_stimuli import wav_bytes
-from tactogram_study.participants.refusals import CANNOT_PLAY, OutdatedPageError, StimulusPlaybackError
+from tactogram_study.participants.refusals import (
+    CANNOT_PLAY,
+    PROGRAM_ERROR,
+    PROGRAM_STATUS,
+    OutdatedPageError,
+    StimulusPlaybackError,
+    status_of,
+)
 from tactogram_study.participants.server_display import DisplayInUseError
 from tactogram_study.participants.sessions import (
     NO_TICKET,
@@ -31,6 +43,7 @@ from tactogram_study.participants.sessions import (
 from tactogram_study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram_study.trials import Page
 from tactogram_study.workflows.stimuli import SlotPlayback
+from tactogram_study.workflows.streams import FingerStream
 
 log = logging.getLogger("tactogram_studio")
 
@@ -67,7 +80,7 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
         if stimulus is None or not stimulus.is_seen:
             raise ParameterError(f"slot {slot!r} shows no picture")
         with anonymous_failure(session):
-            return Response(session.stimuli.picture(page, slot), media_type="image/png")
+            return Response(session.stimuli.picture(stimulus), media_type="image/png")
 
     @router.post("/take/{ticket}/play")
     def play(ticket: str, body: PlayRequest) -> PlayResponse:
@@ -77,7 +90,7 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
             raise ParameterError("this study does not play on request; get sound, or send the finger")
         with anonymous_failure(session):
             drive, played = session.stimuli.drive(page, body.slot)
-            display = session.stimuli.display(page.slot(body.slot))
+            display = session.stimuli.display(page.slot(body.slot).stimulus)
         log_slot_played(session, code, body.token, body.slot, played)
         with anonymous_failure(session):
             facts = sessions.display.play(ticket, drive, display)
@@ -88,12 +101,6 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
         """Fade out this participant's stimulus."""
         sessions.state_of(ticket)
         return StopResponse(stopped=sessions.display.stop(ticket))
-
-
-def streams_only(session: OpenSession) -> None:
-    """Refuse a study that does not stream."""
-    if session.study.played_by != "stream":
-        raise ParameterError("this study does not follow the finger; get sound, or send play")
 
 
 def _file(kind: str, description: str) -> dict[int | str, dict[str, Any]]:
@@ -146,3 +153,114 @@ def log_slot_played(session: OpenSession, code: str, token: str, slot: str, play
         raise UnknownSessionError(NO_TICKET) from None
     except PageNotOpenError as error:  # answered meanwhile
         raise OutdatedPageError from error
+
+
+NOT_UNDERSTOOD, REFUSED = 1003, 1008
+"""Codes that close a websocket (RFC 6455, 7.4.1)."""
+
+
+def add_finger_route(router: APIRouter, sessions: SessionRegistry) -> None:
+    """Add ``finger`` under ``/take/TICKET``."""
+
+    @router.websocket("/take/{ticket}/finger")
+    async def finger(socket: WebSocket, ticket: str, token: Annotated[PageToken, Query()]) -> None:
+        """Stream the slot that the finger is on, until it leaves it, the page or the study."""
+        entry = await anyio.to_thread.run_sync(sessions.by_ticket, ticket)
+        if entry is None:
+            await socket.close(REFUSED)
+            return
+        await socket.accept()
+        slots = _StreamedSlots(socket, sessions, ticket, token)
+        try:
+            while True:
+                message = FingerMessage.model_validate_json(await socket.receive_text())
+                await slots.move(message)
+        except ValidationError:
+            with suppress(RuntimeError):
+                await socket.close(NOT_UNDERSTOOD)
+        except (WebSocketDisconnect, KeyError):  # closed, or not a text
+            pass
+        finally:
+            await slots.leave()
+
+
+class _StreamedSlots:
+    """The slot of a page that is being streamed, one at a time."""
+
+    def __init__(self, socket: WebSocket, sessions: SessionRegistry, ticket: str, token: str) -> None:
+        self._socket, self._sessions, self._ticket, self._token = socket, sessions, ticket, token
+        self._slot: str | None = None
+        self._failed = False
+        self._stream: FingerStream | None = None
+        self._task: asyncio.Task[None] | None = None
+
+    async def move(self, message: FingerMessage) -> None:
+        """Take positions on a slot; a touch of another one, or after an end, starts its stream.
+
+        What failed is tried again once the finger was lifted.
+        """
+        touches = any(sample[3] for sample in message.samples)
+        if not touches or message.slot != self._slot:
+            self._failed = False
+        over = self._task is None or self._task.done()
+        if touches and not self._failed and (message.slot != self._slot or over):
+            await self.leave()
+            self._slot = message.slot
+            await self._begin(message.slot)
+        if self._stream is not None:
+            self._stream.add(message.samples)
+
+    async def leave(self) -> None:
+        """End the stream and wait until the display is at rest and the facts are logged."""
+        if self._stream is not None:
+            self._stream.stop()
+        if self._task is not None:
+            with suppress(asyncio.CancelledError):
+                await asyncio.shield(self._task)
+        self._slot = self._stream = self._task = None
+
+    async def _begin(self, slot: SlotName) -> None:
+        try:
+            session, row, stream = await anyio.to_thread.run_sync(self._prepared, slot, time.perf_counter())
+        except TactogramError as error:
+            await self._fail(slot, str(error), status_of(error))
+            return
+        self._stream = stream
+        self._task = asyncio.create_task(self._play(session, slot, row, stream))
+
+    def _prepared(self, slot: SlotName, landed_s: float) -> tuple[OpenSession, int, FingerStream]:
+        session, code, page = current_page(self._sessions, self._ticket, self._token, slot)
+        if session.study.played_by != "stream":
+            raise ParameterError("this study does not follow the finger; get sound, or send play")
+        with anonymous_failure(session):
+            stream, played = session.stimuli.stream(page, slot, landed_s=landed_s)
+        return session, log_slot_played(session, code, self._token, slot, played), stream
+
+    async def _play(self, session: OpenSession, slot: SlotName, row: int, stream: FingerStream) -> None:
+        loop = asyncio.get_running_loop()
+
+        def began() -> None:
+            asyncio.run_coroutine_threadsafe(self._tell(FingerStatus(slot=slot, state="playing")), loop)
+
+        def play() -> None:
+            with anonymous_failure(session):
+                facts = self._sessions.display.stream(self._ticket, stream, began=began)
+            session.store.complete_played(row, facts)
+
+        try:
+            await anyio.to_thread.run_sync(play)
+        except TactogramError as error:
+            await self._fail(slot, str(error), status_of(error))
+        except Exception:
+            log.exception("%s: a stream could not be logged", session.name)
+            await self._fail(slot, PROGRAM_ERROR, PROGRAM_STATUS)
+        else:
+            await self._tell(FingerStatus(slot=slot, state="ended"))
+
+    async def _fail(self, slot: SlotName, error: str, status: int) -> None:
+        self._failed = True
+        await self._tell(FingerStatus(slot=slot, state="failed", error=error, status=status))
+
+    async def _tell(self, status: FingerStatus) -> None:
+        with suppress(RuntimeError, WebSocketDisconnect):  # the page is gone
+            await self._socket.send_text(status.model_dump_json())

@@ -12,7 +12,7 @@ class PowerAssumptions:
     Parameters
     ----------
     kind : str
-        Name of one of `tactogram_study.power.methods.METHODS`, or of the design's own method.
+        Name of one of `tactogram_study.power.methods.METHODS`, or of the design's own ``simulation``.
     effect : float
         True effect, described with its unit by ``effect_text``.
     person_sd, trial_sd : float

@@ -1,4 +1,4 @@
-"""Export of answers as a BIDS ``beh`` folder.
+"""Export of a session: participant and note tables, and a BIDS ``beh`` folder.
 
 BIDS is the Brain Imaging Data Structure, https://bids-specification.readthedocs.io, "Behavioral experiments (with no
 neural recordings)".
@@ -6,6 +6,7 @@ neural recordings)".
 
 from __future__ import annotations
 
+import csv
 import json
 import re
 import shutil
@@ -16,14 +17,18 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import DataError
+from tactogram.signal.io import atomic_write
 from tactogram_study.answers import Answers, cells
-from tactogram_study.language_files import own_name
-from tactogram_study.session.device_facts import COLUMN, fact_description
-from tactogram_study.session.side_tables import column_description, notes_table, participants_table
-from tactogram_study.session.states import STATES
+from tactogram_study.session.device_facts import COLUMN, fact_description, fact_text
+from tactogram_study.session.progress import STATES
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
+from tactogram_study.wording import own_name
 
+Table = tuple[list[str], list[list[str]]]
+"""Headings, and rows as text."""
+PARTICIPANTS, NOTES = ".participants.csv", ".notes.csv"
+"""Suffixes that replace that of the table of answers."""
 BIDS_VERSION = "1.10.0"
 DESCRIPTIONS: Mapping[str, str] = {
     "study": "Name of the study",
@@ -58,8 +63,75 @@ DESCRIPTIONS: Mapping[str, str] = {
     "consent_sha256": "Hash of the text that was agreed to",
     "practice": "Design that was practised; such an answer does not count",
 }
+SIDE_DESCRIPTIONS = {
+    "participant": DESCRIPTIONS["participant"],
+    "number": "In the order of enrolment; the counterbalancing follows it",
+    "language": "Of the pages",
+    "simulated": "Whether it is a simulated participant",
+    "status": "How the session stands",
+    "trials": "Trials that were answered",
+    "text": "What the experimenter wrote down",
+    "at": "When it was written, UTC, by the clock of then",
+}
+"""Of participants and notes."""
 KEY_COLUMNS = ("stimulus", "other", "condition", "other_condition")
 """Columns with keys, for which a study may have names."""
+
+
+def participants_table(store: SessionStore) -> Table:
+    """Return a row per participant, with the device facts of their start (``device_…``)."""
+    people = store.progress()
+    devices = {
+        person["participant"]: {
+            name: fact
+            for entry in store.device_log(person["participant"])
+            if entry["token"] == ""
+            for name, fact in entry["facts"].items()
+        }
+        for person in people
+    }
+    facts = sorted({name for device in devices.values() for name in device})
+    rows = [
+        [
+            person["participant"],
+            str(person["number"]),
+            person["language"],
+            fact_text(person["simulated"]),
+            person["status"],
+            str(person["trials"]),
+            *(fact_text(devices[person["participant"]].get(name, "")) for name in facts),
+        ]
+        for person in people
+    ]
+    headings = ["participant", "number", "language", "simulated", "status", "trials"]
+    return [*headings, *(f"{COLUMN}{name}" for name in facts)], rows
+
+
+def notes_table(store: SessionStore) -> Table:
+    """Return a row per note; ``participant`` is "" where it is about the whole study."""
+    rows = [[note["participant"] or "", note["text"], note["at"]] for note in store.notes()]
+    return ["participant", "text", "at"], rows
+
+
+def column_description(name: str, descriptions: Mapping[str, str] = SIDE_DESCRIPTIONS) -> str:
+    """Return the description of a column, its name if there is none."""
+    if name.startswith(COLUMN) and name not in descriptions:
+        return fact_description(name.removeprefix(COLUMN))
+    return descriptions.get(name, name)
+
+
+def write_companion_tables(path: Path, store: SessionStore) -> list[Path]:
+    """Write participants and notes beside a table of answers, and return their paths.
+
+    Both are written even without rows: an earlier export there would keep data of participants who withdrew.
+    """
+    written = []
+    for suffix, (headings, rows) in ((PARTICIPANTS, participants_table(store)), (NOTES, notes_table(store))):
+        target = path.with_suffix(suffix)
+        with atomic_write(target) as part, part.open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file).writerows([headings, *rows])
+        written.append(target)
+    return written
 
 
 def export_bids(store: SessionStore, out: Path) -> Path:
@@ -167,18 +239,12 @@ def _sidecar(study: Study, names: Sequence[str], rows: Sequence[Sequence[str]]) 
     }
     labels = {key: name.in_english() for key, name in study.display_names.items()}
     for name, values in zip(names, zip(*rows, strict=True), strict=True):
-        facts[name] = {"Description": study.design.columns.get(name) or _column(name)}
+        facts[name] = {"Description": column_description(name, {**DESCRIPTIONS, **study.design.columns})}
         if labels and name in (*KEY_COLUMNS, *study.design.key_columns):
             # Every value must be a level; those of practice trials have no name.
             facts[name]["Levels"] = {value: value for value in sorted(set(values)) if value} | labels
     facts["rt_ms"]["Units"] = "ms"
     return facts
-
-
-def _column(name: str) -> str:
-    if name.startswith(COLUMN):
-        return fact_description(name.removeprefix(COLUMN))
-    return DESCRIPTIONS.get(name, name)
 
 
 def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:

@@ -1,4 +1,4 @@
-"""Session file: SQLite with a write-ahead log, transactions and compaction.
+"""Session file: its tables in SQLite, with a write-ahead log, transactions, compaction, and the errors of damaged ones.
 
 With the log and ``synchronous=FULL`` whatever was stored survives a kill or a power cut. Readers have a connection of
 their own, see what is on the disk, and never wait for writers.
@@ -7,6 +7,7 @@ their own, see what is on the disk, and never wait for writers.
 from __future__ import annotations
 
 import json
+import shlex
 import sqlite3
 import threading
 import time
@@ -18,21 +19,58 @@ from typing import Any, Self
 
 from tactogram.errors import DataError
 from tactogram.signal.io import check_writable
-from tactogram_study.session.salvage import (
-    DamagedSessionError,
-    UnreadableRowError,
-    is_damage,
-    parse_object,
-    session_file,
-)
-from tactogram_study.session.tables import FILE, TABLES, VERSION
+from tactogram_study.answers import Answer
 from tactogram_study.study_file import Study
 
+FILE = "answers.sqlite"
+VERSION = 4
+"""The file's ``user_version``."""
+TABLES = (
+    "CREATE TABLE study (id INTEGER PRIMARY KEY CHECK (id = 1), facts TEXT NOT NULL, begun TEXT NOT NULL, "
+    "withdrawn INTEGER NOT NULL DEFAULT 0, ended TEXT)",
+    "CREATE TABLE participants (number INTEGER PRIMARY KEY, code TEXT NOT NULL UNIQUE COLLATE NOCASE, "
+    "language TEXT NOT NULL, simulated INTEGER NOT NULL, session TEXT NOT NULL, status TEXT NOT NULL "
+    "CHECK (status IN ('active', 'aborted')))",
+    # Answered pages. The file enforces that a page is stored once, not the program.
+    "CREATE TABLE pages (participant INTEGER NOT NULL REFERENCES participants, position INTEGER NOT NULL, "
+    "token TEXT NOT NULL, responses TEXT NOT NULL, facts TEXT NOT NULL, "
+    "PRIMARY KEY (participant, position), UNIQUE (participant, token))",
+    # Rows as they were when answered: another version of the program cannot change them.
+    "CREATE TABLE answers (participant INTEGER NOT NULL, position INTEGER NOT NULL, place INTEGER NOT NULL, "
+    "row TEXT NOT NULL, PRIMARY KEY (participant, position, place), "
+    "FOREIGN KEY (participant, position) REFERENCES pages (participant, position))",
+    "CREATE TABLE played (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
+    "token TEXT NOT NULL, slot TEXT NOT NULL, sha256 TEXT NOT NULL, level TEXT NOT NULL, display TEXT NOT NULL, "
+    "gain_db REAL NOT NULL, at TEXT NOT NULL, facts TEXT NOT NULL DEFAULT '{}')",
+    "CREATE INDEX played_by_page ON played (participant, token)",
+    "CREATE TABLE notes (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER REFERENCES participants, "
+    "text TEXT NOT NULL, at TEXT NOT NULL)",
+    # Device facts: with an answer, or with token "" when a participant began or continued.
+    "CREATE TABLE device (id INTEGER PRIMARY KEY AUTOINCREMENT, participant INTEGER NOT NULL REFERENCES participants, "
+    "token TEXT NOT NULL, facts TEXT NOT NULL, at TEXT NOT NULL)",
+    "CREATE INDEX device_by_page ON device (participant, token)",
+)
+DAMAGE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+"""SQLite's codes of a file that lacks a table, is malformed, or is no database; a full disk has another."""
 TRIES = 40
 """Attempts to open a file that another process is creating."""
 REST = "close all programs that have it open; what is left of it goes with that"
 WAIT_S = 30.0
 """Timeout for another writer. A write takes some ms; only a vacuum takes longer."""
+
+
+class DamagedSessionError(DataError):
+    """A session file is damaged; the message has the command that exports what can still be read."""
+
+    def __init__(self, folder: Path, reason: object) -> None:
+        command = f"tactogram study export {shlex.quote(str(folder))} --salvage --out F.csv"
+        super().__init__(
+            f"{folder}: {FILE} is damaged ({reason}); export the answers that can still be read: {command}"
+        )
+
+
+class UnreadableRowError(DataError):
+    """A row of a session file does not hold what its table stores."""
 
 
 class SessionFile:
@@ -214,3 +252,37 @@ def add_device(rows: sqlite3.Connection, number: int, token: str, facts: Mapping
             "INSERT INTO device (participant, token, facts, at) VALUES (?,?,?,?)",
             (number, token, json.dumps(facts, ensure_ascii=False), now_utc()),
         )
+
+
+def session_file(folder: Path) -> Path:
+    """Return the file of a session; raise `DataError` if the folder holds none."""
+    if not (folder / FILE).is_file():
+        raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
+    return folder / FILE
+
+
+def is_damage(error: sqlite3.Error) -> bool:
+    """Return whether an error of SQLite is due to the file's content, rather than to the operation."""
+    code = getattr(error, "sqlite_errorcode", None)
+    # Python itself reports text that is not UTF-8, without a code.
+    return code & 0xFF in DAMAGE if code is not None else "decode to UTF-8" in str(error)
+
+
+def parse_answer(text: str | bytes) -> Answer:
+    """Return the answer of a row of JSON; raise `UnreadableRowError` if it holds none."""
+    values = parse_object(text)
+    try:
+        return Answer(**values)
+    except TypeError as error:
+        raise UnreadableRowError(f"a row of answers is not readable: {error}") from error
+
+
+def parse_object(text: str | bytes) -> dict[str, Any]:
+    """Return the JSON object of a cell; raise `UnreadableRowError` if it holds none."""
+    try:
+        values = json.loads(text)
+    except (ValueError, TypeError, RecursionError) as error:
+        raise UnreadableRowError(f"a row is not readable: {error}") from error
+    if not isinstance(values, dict):
+        raise UnreadableRowError(f"a row must hold a JSON object, got {str(values)[:40]!r}")
+    return values

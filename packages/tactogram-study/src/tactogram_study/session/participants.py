@@ -1,17 +1,17 @@
-"""Participants of a session: codes and numbers, never names; enrolled, aborted, withdrawn."""
+"""Participants of a session, codes and numbers, never names, and the logs beside their answers."""
 
 from __future__ import annotations
 
+import json
 import re
 import secrets
 import sqlite3
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram_study.session.device_facts import valid_facts
-from tactogram_study.session.file import SessionFile, add_device, ended_at
+from tactogram_study.session.file import SessionFile, add_device, ended_at, now_utc, parse_object
 from tactogram_study.trials import Participant
 from tactogram_study.wording import Language
 
@@ -31,21 +31,8 @@ class PageNotOpenError(ParameterError):
     """The answers belong to another page than the current one, or the experimenter ended the session."""
 
 
-@dataclass(frozen=True)
-class ParticipantRecord:
-    """Participant as stored; not ``active`` where the experimenter ended their session."""
-
-    participant: Participant
-    active: bool
-
-    def check_active(self) -> None:
-        """Raise `PageNotOpenError` if the experimenter ended their session."""
-        if not self.active:
-            raise PageNotOpenError(f"the session of {self.participant.code} was ended by the experimenter")
-
-
 class SessionPeople(SessionFile):
-    """The participants of a session; see `SessionFile` for its parameters."""
+    """The participants of a session, and the logs beside their answers; see `SessionFile` for its parameters."""
 
     def enrol(
         self,
@@ -90,12 +77,12 @@ class SessionPeople(SessionFile):
     def participant(self, code: str) -> Participant:
         """Return the participant with a code, in any case; raise `UnknownParticipantError` if there is none."""
         with self._reading() as rows:
-            return find_participant(rows, code).participant
+            return find_participant(rows, code)
 
     def participants(self) -> list[Participant]:
         """Return all participants by number."""
         with self._reading() as rows:
-            return [record.participant for record in participant_records(rows)]
+            return stored_participants(rows)
 
     def set_language(self, code: str, language: Language) -> None:
         """Change the language of a participant's pages; raise `ParameterError` if the study lacks it."""
@@ -117,7 +104,7 @@ class SessionPeople(SessionFile):
         hold the answers.
         """
         with self._writing() as rows:
-            number = find_participant(rows, code).participant.number
+            number = find_participant(rows, code).number
             query = "SELECT count(*) FROM answers WHERE participant = ?"
             count = rows.execute(query, (number,)).fetchone()[0]
             for table in ("answers", "pages", "played", "notes", "device"):
@@ -133,9 +120,67 @@ class SessionPeople(SessionFile):
         with self._reading() as rows:
             return int(rows.execute("SELECT withdrawn FROM study").fetchone()[0])
 
+    def played_log(self, code: str) -> list[dict[str, Any]]:
+        """Return all playback to a participant: ``token``, ``slot``, ``sha256``, ``level`` … ``at``, ``facts``.
+
+        The facts are those of a stream: the level as driven, latency, motion; {} of everything else.
+        """
+        columns = ("token", "slot", "sha256", "level", "display", "gain_db", "at", "facts")
+        log = self._log(code, "played", columns)
+        with self._damage_reported():
+            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+
+    def complete_played(self, row: int, facts: Mapping[str, Any]) -> None:
+        """Add the facts of a stream that has ended to its row of the log, unless the participant withdrew."""
+        with self._writing() as rows:
+            rows.execute("UPDATE played SET facts = ? WHERE id = ?", (json.dumps(facts), row))
+
+    def log_device(self, code: str, device: Mapping[str, Any]) -> None:
+        """Store device facts as a participant begins or continues."""
+        with self._writing() as rows:
+            participant = find_participant(rows, code)
+            check_active(participant)
+            add_device(rows, participant.number, "", valid_facts(device))
+
+    def device_log(self, code: str) -> list[dict[str, Any]]:
+        """Return the device facts: ``token`` ("" as the participant began or continued), ``facts``, ``at``."""
+        log = self._log(code, "device", ("token", "facts", "at"))
+        with self._damage_reported():
+            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+
+    def device(self, code: str) -> dict[str, Any]:
+        """Return the latest value of each fact of a participant's device."""
+        return {name: fact for entry in self.device_log(code) for name, fact in entry["facts"].items()}
+
+    def note(self, text: str, *, code: str | None = None) -> None:
+        """Store a note about one participant or the study; raise `ParameterError` if empty or too long."""
+        if not 0 < len(text.strip()) <= 4000:
+            raise ParameterError(f"a note must have 1 to 4000 characters, got {len(text.strip())}")
+        with self._writing() as rows:
+            number = None if code is None else find_participant(rows, code).number
+            rows.execute(
+                "INSERT INTO notes (participant, text, at) VALUES (?,?,?)", (number, text.strip(), now_utc())
+            )
+
+    def notes(self) -> list[dict[str, Any]]:
+        """Return all notes, oldest first: ``participant`` (None is the whole study), ``text``, ``at``."""
+        with self._reading() as rows:
+            notes = rows.execute(
+                "SELECT code, text, at FROM notes LEFT JOIN participants ON number = participant ORDER BY id"
+            ).fetchall()
+        return [{"participant": code, "text": text, "at": at} for code, text, at in notes]
+
+    def _log(self, code: str, table: str, columns: tuple[str, ...]) -> list[dict[str, Any]]:
+        with self._reading() as rows:
+            entries = rows.execute(
+                f"SELECT {', '.join(columns)} FROM {table} WHERE participant = ? ORDER BY id",
+                (find_participant(rows, code).number,),
+            ).fetchall()
+        return [dict(zip(columns, entry, strict=True)) for entry in entries]
+
     def _set(self, code: str, column: str, value: str) -> None:
         with self._writing() as rows:
-            number = find_participant(rows, code).participant.number
+            number = find_participant(rows, code).number
             rows.execute(f"UPDATE participants SET {column} = ? WHERE number = ?", (value, number))
 
     def _check_language(self, language: str) -> None:
@@ -152,23 +197,28 @@ class SessionPeople(SessionFile):
             )
 
 
-def find_participant(rows: sqlite3.Connection, code: str) -> ParticipantRecord:
+def find_participant(rows: sqlite3.Connection, code: str) -> Participant:
     """Return the participant with a code, in any case; raise `UnknownParticipantError` if there is none."""
     row = rows.execute(f"{_SELECT} WHERE code = ? COLLATE NOCASE", (code,)).fetchone()
     if row is None:
         raise UnknownParticipantError(f"no participant has the code {code[:40]!r}")
-    return _record(row)
+    return _participant(row)
 
 
-def participant_records(rows: sqlite3.Connection) -> list[ParticipantRecord]:
+def stored_participants(rows: sqlite3.Connection) -> list[Participant]:
     """Return all participants by number."""
-    return [_record(row) for row in rows.execute(f"{_SELECT} ORDER BY number").fetchall()]
+    return [_participant(row) for row in rows.execute(f"{_SELECT} ORDER BY number").fetchall()]
 
 
-def _record(row: tuple[Any, ...]) -> ParticipantRecord:
+def _participant(row: tuple[Any, ...]) -> Participant:
     code, number, language, simulated, session, status = row
-    participant = Participant(code, number, language, bool(simulated), session)
-    return ParticipantRecord(participant, status == "active")
+    return Participant(code, number, language, bool(simulated), session, status == "active")
+
+
+def check_active(participant: Participant) -> None:
+    """Raise `PageNotOpenError` if the experimenter ended the participant's session."""
+    if not participant.active:
+        raise PageNotOpenError(f"the session of {participant.code} was ended by the experimenter")
 
 
 def checked_code(code: str) -> str:
@@ -183,3 +233,12 @@ def checked_code(code: str) -> str:
 def drawn_code() -> str:
     """Return a code that is easy to read and type and hard to guess: three times a letter and a digit."""
     return "".join(secrets.choice(LETTERS) + secrets.choice(DIGITS) for _ in range(3))
+
+
+def last_played(rows: sqlite3.Connection, participant: Participant, token: str) -> dict[str, str]:
+    """Return the hash of what was last played in each slot of a page."""
+    hashes = rows.execute(
+        "SELECT slot, sha256 FROM played WHERE participant = ? AND token = ? ORDER BY id",
+        (participant.number, token),
+    )
+    return dict(hashes.fetchall())

@@ -13,19 +13,19 @@ from operator import attrgetter
 from typing import Any
 
 from tactogram_study.answers import Answer
-from tactogram_study.language_files import default_text
 from tactogram_study.practice import MARK, TOKEN, practice_answers
 from tactogram_study.questions import AnswerOption, Question
 from tactogram_study.session.device_facts import device_columns
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
-from tactogram_study.trials import Page, PageAnswers, PageQuestion, Participant
+from tactogram_study.trials import History, Page, PageQuestion, Participant
+from tactogram_study.wording import default_text
 
 CONSENT, BEFORE, AFTER = "consent", "before", "after"
 """Tokens of the pages around the trials."""
 
 
-def next_page(study: Study, participant: Participant, history: Sequence[PageAnswers]) -> Page | None:
+def next_page(study: Study, participant: Participant, history: History) -> Page | None:
     """Return the page after ``history``, all answered pages of the participant in order; None at the end."""
     tokens = [answered.token for answered in history]
     if CONSENT not in tokens:
@@ -64,7 +64,7 @@ def _consent_question() -> Question:
     )
 
 
-def declined(history: Sequence[PageAnswers]) -> bool:
+def declined(history: History) -> bool:
     """Return whether the participant declined to take part."""
     return any(page.token == CONSENT and page.responses.get("consent") != "agreed" for page in history)
 

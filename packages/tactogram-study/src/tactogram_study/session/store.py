@@ -19,29 +19,29 @@ from tactogram.errors import ParameterError
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.practice import practice_answers
 from tactogram_study.session.device_facts import valid_facts
-from tactogram_study.session.file import add_device, ended_at, now_utc
-from tactogram_study.session.logs import SessionLogs, last_played
+from tactogram_study.session.file import add_device, ended_at, now_utc, parse_answer
 from tactogram_study.session.participants import (
     PageNotOpenError,
-    ParticipantRecord,
+    SessionPeople,
     find_participant,
-    participant_records,
+    last_played,
+    stored_participants,
 )
 from tactogram_study.session.progress import (
-    ParticipantProgress,
+    NOT_BEGUN,
     ParticipantState,
     State,
+    page_after,
     parse_pages,
-    progress_after,
     stored_pages,
 )
-from tactogram_study.session.salvage import parse_answer
 from tactogram_study.session.sitting import answer_rows, declined
-from tactogram_study.session.states import NOT_BEGUN
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import Page, PageAnswers, Participant
 
+CachedState = tuple[Participant, str, tuple[PageAnswers, ...], Page | None]
+"""Participant and stored pages, and what was computed from them."""
 MOST_CACHED = 1000
 """Participants whose progress is cached between a page's answer and the request for the next."""
 
@@ -59,17 +59,16 @@ class SubmissionResult:
         return self.state.page
 
 
-class SessionStore(SessionLogs):
+class SessionStore(SessionPeople):
     """The answers to one study in a folder; see `SessionFile` for parameters and errors.
 
-    Each base class adds one thing to the file: `SessionPeople` the participants, `SessionLogs` the logs beside the
-    answers, this one pages and answers.
+    `SessionPeople` adds the participants and logs to the file, this class pages and answers.
     """
 
     def __init__(self, folder: Path, study: Study | None = None) -> None:
         super().__init__(folder, study)
         # By number, with what it was computed from: valid only while the file holds the same, whoever writes to it.
-        self._cache: dict[int, tuple[Participant, str, ParticipantProgress]] = {}
+        self._cache: dict[int, CachedState] = {}
         self.is_simulated: Callable[[Stimulus], bool] = attrgetter("is_simulated")
         """Whether answers about a stimulus are marked as about a simulated one; `StudyStimuli` knows its files, too."""
         self.limited: Callable[[], Mapping[str, Sequence[str]]] = dict
@@ -109,7 +108,7 @@ class SessionStore(SessionLogs):
         with self._writing() as rows:
             state = self._state(rows, find_participant(rows, code))
             state.check_open()
-            if any(answered.token == token for answered in state.progress.history):
+            if any(answered.token == token for answered in state.history):
                 return SubmissionResult(False, state)
             participant, page = state.participant, state.page
             if page is None or page.token != token:
@@ -132,12 +131,13 @@ class SessionStore(SessionLogs):
                 limited=self.limited(),
             )
             submitted = PageAnswers(token, accepted, page.more)
-            history = (*state.progress.history, submitted)
+            history = (*state.history, submitted)
             _insert(rows, participant, len(history), submitted, answers)
             add_device(rows, participant.number, token, facts)
             record = stored_pages(rows, participant)
-            progress = self._cached(participant, record, progress_after(self.study, participant, history))
-            return SubmissionResult(True, replace(state, progress=progress))
+            following = page_after(self.study, participant, history)
+            self._cached(participant, record, history, following)
+            return SubmissionResult(True, replace(state, history=history, next_page=following))
 
     def log_played(
         self, code: str, token: str, slot: str, *, sha256: str, level: str, display: str, gain_db: float = 0.0
@@ -178,7 +178,7 @@ class SessionStore(SessionLogs):
         Code, number, status, trials done and in all, practice trials begun, and the time of the last answer.
         """
         with self._reading() as rows:
-            return [self._progress(rows, self._state(rows, record)) for record in participant_records(rows)]
+            return [self._progress(rows, self._state(rows, one)) for one in stored_participants(rows)]
 
     def answers(self) -> Answers:
         """Return every answer, by participant and in the order given."""
@@ -200,27 +200,25 @@ class SessionStore(SessionLogs):
         with self._damage_reported():
             return tuple(parse_answer(text) for (text,) in found)
 
-    def _state(self, rows: sqlite3.Connection, stored: ParticipantRecord) -> ParticipantState:
-        participant, record = stored.participant, stored_pages(rows, stored.participant)
-        cached = self._cache.get(participant.number)
-        if cached is not None and cached[:2] == (participant, record):
-            progress = cached[2]
-        else:
-            computed = progress_after(self.study, participant, parse_pages(record))
-            progress = self._cached(participant, record, computed)
-        return ParticipantState(stored, ended_at(rows) is not None, progress)
+    def _state(self, rows: sqlite3.Connection, participant: Participant) -> ParticipantState:
+        record, cached = stored_pages(rows, participant), self._cache.get(participant.number)
+        if cached is None or cached[:2] != (participant, record):
+            history = parse_pages(record)
+            following = page_after(self.study, participant, history)
+            cached = self._cached(participant, record, history, following)
+        return ParticipantState(participant, ended_at(rows) is not None, *cached[2:])
 
     def _cached(
-        self, participant: Participant, record: str, progress: ParticipantProgress
-    ) -> ParticipantProgress:
+        self, participant: Participant, record: str, history: tuple[PageAnswers, ...], page: Page | None
+    ) -> CachedState:
         if len(self._cache) >= MOST_CACHED:
             self._cache.clear()
-        self._cache[participant.number] = (participant, record, progress)
-        return progress
+        self._cache[participant.number] = (participant, record, history, page)
+        return self._cache[participant.number]
 
     def _progress(self, rows: sqlite3.Connection, state: ParticipantState) -> dict[str, Any]:
-        participant, page, history = state.participant, state.progress.page, state.progress.history
-        status = "active" if state.stored.active else "aborted"
+        participant, page, history = state.participant, state.next_page, state.history
+        status = "active" if participant.active else "aborted"
         if status == "active" and not history:
             status = NOT_BEGUN
         elif status == "active" and page is None:

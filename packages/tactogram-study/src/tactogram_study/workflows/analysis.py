@@ -6,7 +6,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,8 +18,7 @@ from tactogram.datasets import SEVEN_POINT, Scale, read_cells, read_table, scale
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import atomic_write, check_writable, write_text
 from tactogram.workflows import takes
-from tactogram_study.analysis.findings import ALPHA, AnalysisSection
-from tactogram_study.analysis.naming import named_answers, named_section
+from tactogram_study.analysis.findings import ALPHA, AnalysisSection, Finding
 from tactogram_study.answers import Answers, Targets
 from tactogram_study.designs import designs, find_design
 from tactogram_study.practice import MARK
@@ -134,7 +133,7 @@ def _figures(
     analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
 ) -> list[dict[str, Figure]]:
     """Return each section's figures by name, labelled with names in an available font, English names, or keys."""
-    from tactogram_study.analysis.lettering import DEFAULT_FONT, font_with, letter
+    from tactogram_study.analysis.figures import DEFAULT_FONT, font_with, letter
 
     drawable, font = {}, DEFAULT_FONT
     for offered in (names, {} if study is None else study.names_in("en")):
@@ -216,3 +215,55 @@ def _opened(
             f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
         )
     return kept
+
+
+NAMED_COLUMNS = ("texture", "item", "stimulus", "image", "condition")
+"""Columns of any design's tables that hold keys."""
+TABLE_PARTS = (" n", " mean", " se")
+"""Suffixes of a condition in the heading of a column."""
+
+
+def named_section(
+    section: AnalysisSection, names: Mapping[str, str], *, columns: Iterable[str] = ()
+) -> AnalysisSection:
+    """Return a section whose findings and tables have the names of items and conditions, by key.
+
+    ``columns`` are further columns of its tables that hold keys.
+    """
+    if not names:
+        return section
+    # Longest first, and whole words only: tile is not part of tile-2.
+    keys = "|".join(re.escape(key) for key in sorted(names, key=len, reverse=True))
+    pattern = re.compile(rf"(?<![\w-])(?:{keys})(?![\w-])")
+
+    def named(text: str) -> str:
+        return pattern.sub(lambda found: names[found.group()], text)
+
+    def finding(one: Finding) -> Finding:
+        return replace(one, of=named(one.of), measure=named(one.measure))
+
+    key_columns = {*NAMED_COLUMNS, *columns}
+
+    def cell(column: str, value: Any) -> Any:
+        return named(value) if column in key_columns and isinstance(value, str) else value
+
+    def heading(column: str) -> str:
+        return named(column) if column.endswith(TABLE_PARTS) else column
+
+    tables = {
+        title: [{heading(column): cell(column, value) for column, value in row.items()} for row in rows]
+        for title, rows in section.tables.items()
+    }
+    return replace(
+        section,
+        title=named(section.title) if ":" in section.title else section.title,
+        findings=tuple(finding(one) for one in section.findings),
+        tables=tables,
+    )
+
+
+def named_answers(answers: Answers, names: Mapping[str, str]) -> Answers:
+    """Return answers with named conditions, for figures that draw single answers of a named section."""
+    if not names:
+        return answers
+    return Answers(tuple(replace(row, condition=names.get(row.condition, row.condition)) for row in answers))

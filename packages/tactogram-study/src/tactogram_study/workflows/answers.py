@@ -1,17 +1,26 @@
-"""Answers for analysis, of a session, an exported or a foreign table, and their study."""
+"""Answers of a session, an exported or a foreign table: opened for analysis, and exported.
+
+Exports are a tidy table with its companion files, a BIDS folder, or a ZIP file.
+"""
 
 from __future__ import annotations
 
+import io
 import json
+import tempfile
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_study.answers import SUFFIXES, Answers, read_answers
+from tactogram.signal.io import write_text
+from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
+from tactogram_study.session.export import export_bids, write_companion_tables
+from tactogram_study.session.salvage import salvage_session
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
-from tactogram_study.workflows.export import STUDY_SUFFIX
 
 
 def open_answers(
@@ -48,3 +57,96 @@ def study_of(source: Path) -> Study | None:
     except (OSError, ValueError) as error:
         raise DataError(f"{file}: not a readable study: {error}; export the answers again") from error
     return Study.of(facts, where=str(file))
+
+
+STUDY_SUFFIX = ".study.json"
+"""Suffix of the file beside a table that holds its study."""
+
+
+def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[str, bytes]:
+    """Return the name and the bytes of a ZIP file with the tables or the BIDS folder of `export_study`."""
+    name = Path(folder).resolve().name
+    with tempfile.TemporaryDirectory(prefix="tactogram-export-") as temporary:
+        whole = Path(temporary) / f"{name}-{kind}"
+        if kind == "bids":
+            export_study(folder, bids=whole)
+        else:
+            whole.mkdir()
+            export_study(folder, table=whole / "answers.csv")
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
+            for path in sorted(whole.rglob("*")):
+                if path.is_file():
+                    file.write(path, path.relative_to(whole.parent))
+    return f"{name}-{kind}.zip", packed.getvalue()
+
+
+def export_study(
+    folder: Path | str,
+    *,
+    table: Path | str | None = None,
+    bids: Path | str | None = None,
+    salvage: bool = False,
+) -> dict[str, Any]:
+    """Write the answers of a session folder as a tidy table, as a BIDS folder, or both.
+
+    ``table``: ``.csv``, ``.tsv`` or ``.parquet``. Its companion files are the study (``.study.json``), the participants
+    with device facts (``.participants.csv``), and the experimenter's notes (``.notes.csv``). ``bids``: a new folder.
+    ``salvage``: whether to read a damaged session: the table holds every readable answer, with the study beside it
+    where that is readable. The result has the least number of answers that are ``lost``.
+
+    Raises `DamagedSessionError` if the session is damaged, without ``salvage``.
+    """
+    if table is None and bids is None:
+        raise ParameterError("export needs a target: `table`, `bids`, or both")
+    if salvage:
+        if table is None or bids is not None:
+            raise ParameterError("`salvage` writes a table alone: give `table`, and no `bids`")
+        return _salvage(Path(folder), Path(table))
+    with SessionStore(Path(folder)) as store:
+        answers = store.answers()
+        facts = _facts(answers) | {
+            "study": store.study.name,
+            "withdrawn": store.withdrawn,
+            "notes": len(store.notes()),
+        }
+        if table is not None:
+            path = Path(table)
+            write_answers(path, answers)
+            participants, notes = write_companion_tables(path, store)
+            facts |= {
+                "table": str(path),
+                "study_file": _write_study(path, store.study),
+                "participants_table": str(participants),
+                "notes_table": str(notes),
+            }
+        if bids is not None:
+            facts["bids"] = str(export_bids(store, Path(bids)))
+    return facts
+
+
+def _salvage(folder: Path, table: Path) -> dict[str, Any]:
+    salvaged = salvage_session(folder)
+    write_answers(table, salvaged.answers)
+    study_file = None if salvaged.study is None else _write_study(table, salvaged.study)
+    return _facts(salvaged.answers) | {
+        "study": salvaged.answers.rows[0].study,
+        "lost": salvaged.lost,
+        "table": str(table),
+        "study_file": study_file,
+    }
+
+
+def _facts(answers: Answers) -> dict[str, Any]:
+    return {
+        "study": "",
+        "answers": len(answers),
+        "participants": answers.people,
+        "simulated_participants": answers.where(simulated=True).people,
+    }
+
+
+def _write_study(table: Path, study: Study) -> str:
+    path = table.with_suffix(STUDY_SUFFIX)
+    write_text(path, json.dumps(json.loads(study.as_json()), ensure_ascii=False, indent=1) + "\n")
+    return str(path)

@@ -23,9 +23,9 @@ from tactogram.evaluation import (
 from tactogram_study.analysis.findings import AnalysisSection, Finding, number, p_text
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.session.device_facts import COLUMN, fact_description
-from tactogram_study.session.side_tables import NOTES, PARTICIPANTS, notes_table, participants_table
+from tactogram_study.session.export import NOTES, PARTICIPANTS, notes_table, participants_table
+from tactogram_study.session.progress import status_counts
 from tactogram_study.session.sitting import consent_sha256
-from tactogram_study.session.states import status_counts
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_analysis import StudyAnalysis
 from tactogram_study.study_file import Study

@@ -35,7 +35,6 @@ from tactogram.workflows import TextureSettings, live_texture
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
-from tactogram_study.workflows.browser_playback import check_browser
 from tactogram_study.workflows.streams import (
     StimulusStream,
     stimulus_stream,
@@ -147,9 +146,9 @@ class StudyStimuli:
                     self._limited[one.name] = found
         return {name: lines for name, lines in self._limited.items() if lines}
 
-    def display(self, stimulus: Stimulus) -> Display:
-        """Return the display of a stimulus."""
-        name = stimulus.display or self.study.display
+    def display(self, stimulus: Stimulus | None) -> Display:
+        """Return the display of a stimulus; the study's for silence."""
+        name = (stimulus.display if stimulus else "") or self.study.display
         if name in shipped():
             return _display(name)
         path = self._path(name)
@@ -157,13 +156,13 @@ class StudyStimuli:
             self._check_response(path)
         return _display(str(path))
 
-    def check_names(self) -> None:
-        """Refuse an unknown or unsuitable display, simulated surface or simulated picture; no stimulus is made.
+    def check(self) -> None:
+        """Refuse what cannot be presented, without making a stimulus: its level, display, files and names.
 
         Raises
         ------
         TactogramError
-            The message names the stimulus.
+            The message names the stimulus, but of a level, which is mostly the study's.
         """
         for stimulus in self.study.made_stimuli:
             with _named(stimulus):
@@ -173,6 +172,10 @@ class StudyStimuli:
                     _surface(stimulus.simulated)
                 if stimulus.simulated_image:
                     _family(stimulus.simulated_image)
+                for name in filter(None, _files(stimulus)):
+                    self._file(name)
+            if stimulus.is_played:
+                parse_level(stimulus.level or self.study.level)
 
     def check_places(self) -> None:
         """Refuse a study with a stimulus whose file, run or display is outside ``within``.
@@ -184,12 +187,10 @@ class StudyStimuli:
         """
         for stimulus in self.study.all_stimuli:
             with _named(stimulus):
-                for name in (stimulus.file, stimulus.image, stimulus.photograph, stimulus.vibration):
-                    if name:
-                        self._path(name)
-                for name in (stimulus.run, stimulus.image_run):
-                    if name:
-                        self._run(name)
+                for name in filter(None, _files(stimulus)):
+                    self._path(name)
+                for name in filter(None, (stimulus.run, stimulus.image_run)):
+                    self._run(name)
                 if stimulus.is_played:
                     self.display(stimulus)
 
@@ -338,6 +339,10 @@ class StudyStimuli:
         return path
 
 
+def _files(stimulus: Stimulus) -> tuple[str | None, ...]:
+    return stimulus.file, stimulus.image, stimulus.photograph, stimulus.vibration
+
+
 def limited_lines(limited: Mapping[str, Sequence[str]]) -> list[str]:
     """Return `StudyStimuli.limited` as lines for people, the first `SHOWN` and how many more there are."""
     lines = [f"stimulus {name}: {sentence}" for name, sentences in limited.items() for sentence in sentences]
@@ -425,3 +430,24 @@ def _family(text: str) -> tuple[str, str]:
         known = ", ".join(FAMILIES)
         raise ParameterError(f"simulated_image must be FAMILY/NUMBER with a family of {known}, got {text!r}")
     return family, number
+
+
+BROWSER_RATES = (8000, 96_000)
+"""Rates that every browser plays, Hz (Web Audio API, createBuffer); beyond them Firefox refuses."""
+
+
+def check_browser(display: Display) -> None:
+    """Raise `ParameterError` for a drive that is not in parts of full scale, or whose rate browsers do not play."""
+    if not plays_in_browser(display):
+        low, high = BROWSER_RATES
+        usable = ", ".join(known for known in shipped() if plays_in_browser(open_display(known)))
+        raise ParameterError(
+            f"a browser plays parts of full scale at {low} to {high} Hz, {display.name} takes {display.unit} at "
+            f"{display.rate:g} Hz: give a display such as {usable}, or played_by = 'server'"
+        )
+
+
+def plays_in_browser(display: Display) -> bool:
+    """Return whether `check_browser` accepts a display."""
+    low, high = BROWSER_RATES
+    return display.unit == "1" and low <= display.rate <= high and display.rate % 1 == 0

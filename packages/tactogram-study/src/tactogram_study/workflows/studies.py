@@ -2,18 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import DataError, ParameterError
-from tactogram.rendering import parse_level
+from tactogram.errors import ParameterError
 from tactogram_study.designs import designs
-from tactogram_study.language_files import language_texts, missing_texts, own_name
-from tactogram_study.session_length import planned_minutes
+from tactogram_study.questions import Question
 from tactogram_study.study_file import Study, shipped_studies
-from tactogram_study.trials import PresentedStimulus
+from tactogram_study.trials import Page, PageAnswers, Participant, PresentedStimulus
+from tactogram_study.wording import language_texts, missing_texts, own_name
 from tactogram_study.workflows.stimuli import StudyStimuli
+
+INTRODUCTION_S = 120.0
+"""Consent, and matching the card to the screen."""
+ANSWER_S = {"choice": 3.0, "steps": 4.0, "vas": 6.0, "number": 6.0, "text": 20.0}
+"""For each question, by its kind."""
+STIMULUS_S = 3.0
+"""For each stimulus whose ``seconds`` are not in the file."""
+CHANGE_S = 2.0
+"""Before each page, and before each stimulus."""
+
+
+def planned_minutes(study: Study) -> float:
+    """Return the length of a session in minutes, without rests; of a staircase with all of its trials."""
+    trial = sum(map(_page_seconds, _first_trial(study)))
+    trials = study.trials + (study.practice.trials if study.practice else 0)
+    around = _answer_seconds((*study.before, *study.after))
+    return (INTRODUCTION_S + around + trials * trial) / 60
+
+
+def _first_trial(study: Study) -> Iterator[Page]:
+    """Yield the pages of the first participant's first trial."""
+    history: list[PageAnswers] = []
+    while (page := study.design.next_page(study.setting, Participant("P1", 1), history)) is not None:
+        if page.trial > 1:
+            return
+        yield page
+        answers = {question.key: question.right or question.question.example for question in page.questions}
+        history.append(PageAnswers(page.token, answers, page.more))
+
+
+def _page_seconds(page: Page) -> float:
+    stimuli = [one.stimulus.seconds if one.stimulus else None for one in page.presented]
+    felt = sum(CHANGE_S + (seconds or STIMULUS_S) for seconds in stimuli)
+    return CHANGE_S + felt + _answer_seconds([question.question for question in page.questions])
+
+
+def _answer_seconds(questions: Sequence[Question]) -> float:
+    return sum(ANSWER_S[question.kind] for question in questions)
 
 
 def list_studies() -> dict[str, Any]:
@@ -62,14 +99,7 @@ def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[s
         if not getattr(study, place):
             raise ParameterError(f"{place} must have a text, got none")
     made = StudyStimuli(study, folder)
-    made.check_names()
-    for stimulus in study.made_stimuli:
-        if stimulus.is_played:
-            parse_level(stimulus.level or study.level)
-        for name in (stimulus.file, stimulus.image):
-            path = Path(name) if Path(name).is_absolute() else folder / name
-            if name and not path.is_file():
-                raise DataError(f"stimulus {stimulus.name}: {path}: no such file")
+    made.check()
     facts = _facts(made) | {"sha256": study.sha256, "rendered": None, "limited": {}}
     if stimuli:
         facts |= {"rendered": _render_all(made), "limited": made.limited()}

@@ -10,6 +10,7 @@ from time import monotonic
 from typing import Any
 
 from tactogram_capture.session.console import CaptureStatus
+from tactogram_capture.session.metronome import Metronome
 
 MOST_LINES = 40
 
@@ -81,10 +82,11 @@ class PageConsole:
             self._ended = True
 
 
-class PageMetronome:
-    """Beat that pages show and play; see `tactogram_capture.session.metronome.Metronome`."""
+class PageMetronome(Metronome):
+    """Beat that pages show and play."""
 
     def __init__(self, clock: Callable[[], float] = monotonic) -> None:
+        super().__init__()
         self._clock = clock
         self._beat: tuple[int, float, float, float, bool] | None = None
         self._count = 0

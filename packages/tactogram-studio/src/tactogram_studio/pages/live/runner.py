@@ -22,7 +22,7 @@ from tactogram_capture import Block, Source, SourceEnded, open_source
 from tactogram_capture.live.recognition import WindowClassification
 from tactogram_capture.session.feed import Feed
 from tactogram_capture.session.plan import SessionPlan
-from tactogram_capture.stream.monitor import TappedSource
+from tactogram_capture.source import TappedSource
 from tactogram_studio.pages.live.console import PageConsole, PageMetronome
 from tactogram_studio.pages.live.traces import Traces
 

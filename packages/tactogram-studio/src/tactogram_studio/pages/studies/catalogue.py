@@ -13,10 +13,10 @@ from tactogram_studio.pages.studies.experiment_view import participant_count, re
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.designs import designs
 from tactogram_study.designs.catalogue import margin_text
-from tactogram_study.session.states import status_counts
+from tactogram_study.session.progress import status_counts
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import shipped_studies
-from tactogram_study.workflows.simulation import SIMULATED
+from tactogram_study.workflows.sessions import SIMULATED
 from tactogram_study.workflows.studies import check_study
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")

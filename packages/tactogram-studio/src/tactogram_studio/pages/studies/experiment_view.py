@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram_study.answers import Answer
-from tactogram_study.session.states import NOT_BEGUN, status_counts
+from tactogram_study.session.progress import NOT_BEGUN, status_counts
 from tactogram_study.session.store import SessionStore
 
 LATEST = 15
@@ -31,7 +31,7 @@ DEVICE = (
 class ParticipantRow:
     """One participant in the view.
 
-    ``status`` is one of `tactogram_study.session.states.STATES`, ``share`` that of trials done; ``quiet`` marks an
+    ``status`` is one of `tactogram_study.session.progress.STATES`, ``share`` that of trials done; ``quiet`` marks an
     active participant without an answer for `QUIET_S`.
     """
 

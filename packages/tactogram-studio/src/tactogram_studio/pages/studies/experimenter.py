@@ -28,9 +28,9 @@ from tactogram_studio.pages.studies.experiment_view import (
 )
 from tactogram_studio.pages.studies.joining import JoinCard
 from tactogram_studio.server.guard import REPORT_POLICY
-from tactogram_study.session.states import NOT_BEGUN, status_label
-from tactogram_study.workflows.export import export_zip
-from tactogram_study.workflows.simulation import simulate_session
+from tactogram_study.session.progress import NOT_BEGUN, status_label
+from tactogram_study.workflows.answers import export_zip
+from tactogram_study.workflows.sessions import simulate_session
 from tactogram_study.workflows.stimuli import limited_lines
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from nicegui import ui
 from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.server.listening import is_loopback
 from tactogram_studio.server.qr_code import svg_qr_code
-from tactogram_study.language_files import own_name
+from tactogram_study.wording import own_name
 
 if TYPE_CHECKING:
     from tactogram_study.participants.sessions import OpenSession

@@ -31,7 +31,7 @@ from tactogram_studio.pages.studies.editor.page import add as add_editor
 from tactogram_studio.pages.studies.experiment_view import address_of
 from tactogram_studio.pages.studies.panels import analysis, power
 from tactogram_studio.workspace.uploads import save_upload
-from tactogram_study.language_files import own_name
+from tactogram_study.wording import own_name
 from tactogram_study.workflows.studies import check_study
 
 

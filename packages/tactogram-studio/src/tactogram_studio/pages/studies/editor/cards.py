@@ -23,10 +23,10 @@ from tactogram_studio.pages.studies.editor.widgets import (
     part,
 )
 from tactogram_study.designs import Design, designs
-from tactogram_study.language_files import language_texts, own_name
 from tactogram_study.planned import PlannedAnalysis
 from tactogram_study.practice import Practice
 from tactogram_study.study_file import Study
+from tactogram_study.wording import language_texts, own_name
 
 Redraw = Callable[[], None]
 SPECIAL = ("kind", "words", "word_texts", "pairs", "standard")

@@ -17,7 +17,7 @@ from tactogram_studio.context import Studio
 from tactogram_studio.layout import NumberField, attribute, hint, report_errors
 from tactogram_studio.pages.studies.editor.draft import Place, StudyDraft
 from tactogram_studio.pages.studies.editor.fields import StudyField
-from tactogram_study.language_files import own_name
+from tactogram_study.wording import own_name
 
 DEBOUNCE_MS = 300
 LONG = ("consent", "instructions", "reference")

@@ -1,1 +1,0 @@
-"""Logs of receivers, boards and recorders."""

@@ -1,0 +1,1 @@
+"""Analyses and power simulations of single designs, imported when they are called."""
