@@ -36,41 +36,29 @@ band = [20.0, 400.0]
 """)
 
 # %%
-# The code: what to do in a training step, what to keep, and what to answer. Recordings arrive filtered and resampled as
-# the recipe says. A closed form is a training of one step.
+# The code: what to keep, what to do in a training step, and what to answer. Recordings arrive filtered and resampled as
+# the recipe says. A training is one step, on all of them, unless the model says otherwise.
 (model / "__init__.py").write_text("""
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 from sklearn.linear_model import LogisticRegression
 
-from tactogram.model import Stage
+from tactogram.model import Model, ModelConfig
 
 
-class Config(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Config(ModelConfig):
     bands: int = 16
     strength: float = 1.0
 
 
-class BandRegression:
-    def __init__(self, config, kind):
-        self.config, self.materials = config, kind.materials
+class BandRegression(Model):
+    saved = ("materials", "weights", "biases")
+    weights, biases = np.zeros((0, 0)), np.zeros(0)
 
     def features(self, signal):
         power = (np.abs(np.fft.rfft(signal.samples)) ** 2).mean(0)
         frequencies = np.fft.rfftfreq(len(signal), 1 / signal.rate)
         edges = np.geomspace(20, 400, self.config.bands + 1)
         return [np.log(power[(frequencies >= a) & (frequencies < b)].mean()) for a, b in zip(edges, edges[1:])]
-
-    def setup(self, fabric):
-        pass
-
-    def stages(self, examples):
-        return (Stage("fit", 1),)
-
-    def batches(self, stage, examples, *, seed, start=0):
-        if start == 0:
-            yield examples
 
     def step(self, stage, batch):
         fitted = LogisticRegression(C=self.config.strength, solver="newton-cholesky").fit(
@@ -80,23 +68,13 @@ class BandRegression:
         self.weights, self.biases = fitted.coef_, fitted.intercept_
         return {"recordings": float(len(batch))}
 
-    def validate(self, examples):
-        return {}
-
-    def state(self):
-        return {"weights": self.weights, "biases": self.biases}
-
-    def load_state(self, state):
-        self.weights, self.biases = np.asarray(state["weights"]), np.asarray(state["biases"])
-
     def probabilities(self, signal):
         scores = self.weights @ self.features(signal) + self.biases
         shares = np.exp(scores - scores.max())
         return shares / shares.sum()
 
 
-def build(config, kind, *, seed, device="cpu"):
-    return BandRegression(config, kind)
+build = BandRegression
 """)
 
 # %%

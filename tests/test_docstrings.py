@@ -14,7 +14,7 @@ MODULES = (
     "tactogram.model.conditions",
     "tactogram.model.examples",
     "tactogram.model.kinds",
-    "tactogram.model.protocols",
+    "tactogram.model.model",
     "tactogram.model.batch_share",
     "tactogram.datasets.recording",
     "tactogram.datasets.store.writing",

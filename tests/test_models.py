@@ -15,14 +15,11 @@ from scipy.signal import lfilter
 from tactogram import models
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.model import (
-    Classifier,
     Example,
-    Generator,
     ImageExample,
     ImageKind,
     ItemRatings,
-    Learner,
-    RatedGenerator,
+    Model,
     SignalKind,
 )
 from tactogram.recipe import Recipe
@@ -163,18 +160,18 @@ def trained_once(name, learns_from):
 
 def outputs(learner, facts):
     """What a trained model says, as one array."""
-    if isinstance(learner, Generator):
+    if facts.task == "generation":
         mix = {"material": {"cork": 1, "tile": 2}} if "material" in (*facts.needs, *facts.takes) else {}
         made = learner.generate(asked(facts, **mix), seed=3)
         return made.pixels if isinstance(made, Image) else made.samples
-    if isinstance(learner, Classifier):
+    if facts.task == "classification":
         return np.array([learner.probabilities(e.signal) for e in UNSEEN])
     return np.array([list(learner.predict(e.signal).values()) for e in UNSEEN])
 
 
 @every
-def test_is_a_learner(facts):
-    assert isinstance(built(facts), Learner)
+def test_is_a_model(facts):
+    assert isinstance(built(facts), Model)
 
 
 @every
@@ -270,7 +267,6 @@ def test_batches_depend_on_seed_and_step_alone(facts):
 @generators("signal")
 def test_generates_signals_of_its_kind(facts):
     learner = once(facts)
-    assert isinstance(learner, Generator)
     one = learner.generate(asked(facts), seconds=0.5, seed=3)
     replace(KIND, axes=axes(facts)).check(one)
     assert len(one) == 500
@@ -282,7 +278,6 @@ def test_generates_signals_of_its_kind(facts):
 @generators("image")
 def test_generates_images_by_seed(facts):
     learner = once(facts)
-    assert isinstance(learner, Generator)
     one = learner.generate(asked(facts), seed=3)
     assert isinstance(one, Image)
     np.testing.assert_array_equal(one.pixels, learner.generate(asked(facts), seed=3).pixels)
@@ -294,7 +289,6 @@ def test_generates_images_by_seed(facts):
 @by_words
 def test_knows_how_what_it_learned_from_was_rated(facts):
     learner = once(facts)
-    assert isinstance(learner, RatedGenerator)
     assert learner.rated_means
     for means in learner.rated_means.values():
         assert means.shape == (len(WORDS),)
@@ -318,7 +312,6 @@ def test_refuses_a_condition_it_does_not_take(facts):
 @with_task("classification")
 def test_gives_one_probability_per_material(facts):
     learner = once(facts)
-    assert isinstance(learner, Classifier)
     assert learner.materials == KIND.materials
     for example in UNSEEN:
         shares = learner.probabilities(example.signal)
@@ -358,15 +351,13 @@ gives = "signal"
 """
 
 CODE = """
-from pydantic import BaseModel, ConfigDict
+from tactogram.model import ModelConfig
 from {name}.learner import Learner
 
-class Config(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Config(ModelConfig):
     width: int = 3
 
-def build(config, kind, *, seed, device="cpu"):
-    return Learner(config.width)
+build = Learner
 """
 
 
@@ -376,7 +367,9 @@ def elsewhere(folder, name, facts=FACTS):
     (place / "model.toml").write_text(facts, encoding="utf-8")
     (place / "__init__.py").write_text(CODE.format(name=name), encoding="utf-8")
     (place / "learner.py").write_text(
-        "class Learner:\n    def __init__(self, width):\n        self.width = width\n", encoding="utf-8"
+        "from tactogram.model import Model\n\nclass Learner(Model):\n    def step(self, stage, batch):\n"
+        "        return {}\n",
+        encoding="utf-8",
     )
     (place / "recipes" / "wide.toml").write_text(f'model = "{name}"\n[config]\nwidth = 9\n', encoding="utf-8")
     return place
@@ -386,9 +379,21 @@ def test_a_folder_is_a_model(tmp_path):
     elsewhere(tmp_path, "model_in_a_folder")
     facts = models.available([tmp_path])["model_in_a_folder"]
     recipe = Recipe.load(facts.recipe("wide"))
-    assert facts.build(facts.config(recipe.config), KIND, seed=0).width == 9
-    assert facts.build(facts.config(), KIND, seed=0).width == 3
+    assert facts.build(facts.config(recipe.config), KIND, seed=0).config.width == 9
+    assert facts.build(facts.config(), KIND, seed=0).config.width == 3
     assert models.find("model_in_a_folder", [tmp_path / "model_in_a_folder"]) == facts
+
+
+def test_a_model_without_the_base_classes_is_refused(tmp_path):
+    place = elsewhere(tmp_path, "baseless_model")
+    facts = models.find("baseless_model", [place])
+    (place / "learner.py").write_text("def Learner(config, kind, *, seed, device):\n    return object()\n")
+    with pytest.raises(ParameterError, match=r"build must return a tactogram.model.Model, got object"):
+        facts.build(facts.config(), KIND, seed=0)
+    other = elsewhere(tmp_path, "model_of_another_config")
+    (other / "__init__.py").write_text("class Config:\n    pass\n")
+    with pytest.raises(ParameterError, match=r"Config must be a subclass of tactogram.model.ModelConfig"):
+        models.find("model_of_another_config", [other]).config()
 
 
 @pytest.mark.parametrize("package", ["", "package_of_slow_models"])

@@ -3,14 +3,18 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier, pooled
-from tactogram.model import Example
+from tactogram.model import Example, Model
 from tactogram.signal import Signal
 
 
-class SampleClassifier:
+class SampleClassifier(Model):
     """A classifier whose samples are the probabilities of class b, one per window."""
 
     materials = ("a", "b")
+    step = None
+
+    def __init__(self):
+        pass
 
     def window_probabilities(self, signal):
         p = signal.samples[0].astype(float)
@@ -42,8 +46,8 @@ def test_windows_and_recordings_are_counted():
 
 
 def test_a_classifier_without_windows_classifies_whole_recordings():
-    class Whole:
-        materials = ("a", "b")
+    class Whole(SampleClassifier):
+        window_probabilities = Model.window_probabilities
 
         def probabilities(self, signal):
             return np.array([1 - signal.samples.mean(), signal.samples.mean()])

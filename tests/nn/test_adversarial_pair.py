@@ -6,7 +6,7 @@ import pytest
 import torch
 from torch import nn
 
-from tactogram.nn.adversarial_pair import AdversarialPair
+from tactogram.nn.adversarial_networks import AdversarialPair
 
 
 def pair(**changes):

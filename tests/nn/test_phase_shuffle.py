@@ -4,7 +4,7 @@ from torch.autograd import gradcheck, gradgradcheck
 
 from tactogram.errors import ParameterError
 from tactogram.nn import PhaseShuffle
-from tactogram.nn.phase_shuffle import shift
+from tactogram.nn.wave_discriminator import shift
 
 
 def row(*values):

@@ -1,4 +1,4 @@
-"""A classifier from outside that keeps none of the optional protocols."""
+"""A classifier from outside that has nothing but the defaults."""
 
 import sys
 
@@ -23,13 +23,12 @@ gives = "probabilities"
 """
 CODE = """
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
-from tactogram.model import Stage
+from tactogram.model import Model, ModelConfig
 
 
-class Config(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+class Config(ModelConfig):
+    pass
 
 
 def lag_one(signal):
@@ -37,42 +36,21 @@ def lag_one(signal):
     return float((x[:, 1:] * x[:, :-1]).sum() / (x**2).sum())
 
 
-class NearestMean:
-    def __init__(self, kind):
-        self.kind, self.materials, self.means = kind, kind.materials, {}
-
-    def setup(self, fabric):
-        pass
-
-    def stages(self, examples):
-        return (Stage("fit", 1),)
-
-    def batches(self, stage, examples, *, seed, start=0):
-        if start == 0:
-            yield examples
+class NearestMean(Model):
+    saved = ("materials", "means")
+    means = []
 
     def step(self, stage, batch):
-        for name, members in self.kind.by_material(batch).items():
-            self.means[name] = float(np.mean([lag_one(member.signal) for member in members]))
+        members = self.kind.by_material(batch).values()
+        self.means = [float(np.mean([lag_one(m.signal) for m in some])) for some in members]
         return {"materials": float(len(self.means))}
 
-    def validate(self, examples):
-        return {}
-
-    def state(self):
-        return {"means": dict(self.means)}
-
-    def load_state(self, state):
-        self.means = dict(state["means"])
-
     def probabilities(self, signal):
-        away = np.array([abs(lag_one(signal) - self.means[name]) for name in self.materials])
-        p = np.exp(-20 * away)
+        p = np.exp(-20 * np.abs(lag_one(signal) - np.array(self.means)))
         return p / p.sum()
 
 
-def build(config, kind, *, seed, device="cpu"):
-    return NearestMean(kind)
+build = NearestMean
 """
 
 

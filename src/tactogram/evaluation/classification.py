@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest
 
 from tactogram.errors import ParameterError
-from tactogram.model import Classifier, Example, WindowClassifier
+from tactogram.model import Example, Model
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,15 +75,12 @@ class ClassificationResult:
 
 
 def evaluate_classifier(
-    classifier: Classifier,
+    classifier: Model,
     examples: Sequence[Example],
     *,
     on_example: Callable[[], None] = lambda: None,
 ) -> ClassificationResult:
-    """Classify every window of ``examples`` and count the answers.
-
-    Without `WindowClassifier`, whole recordings are classified, and each counts as one window.
-    """
+    """Classify every window of ``examples`` and count the answers."""
     classes = len(classifier.materials)
     windows = np.zeros((classes, classes), np.int64)
     recordings = np.zeros((classes, classes), np.int64)
@@ -93,10 +90,7 @@ def evaluate_classifier(
                 f"recording {example.id} is of {example.material!r}, which the classifier does not know"
             )
         true = classifier.materials.index(example.material)
-        if isinstance(classifier, WindowClassifier):
-            probabilities = classifier.window_probabilities(example.signal)  # window, material
-        else:
-            probabilities = classifier.probabilities(example.signal)[None]
+        probabilities = classifier.window_probabilities(example.signal)  # window, material
         np.add.at(windows[true], probabilities.argmax(axis=1), 1)
         recordings[true, pooled(probabilities).argmax()] += 1
         on_example()

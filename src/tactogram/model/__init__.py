@@ -1,7 +1,4 @@
-"""Interface between models and the rest of the package: conditions, examples and protocols.
-
-A model implements `Learner`, and `Generator`, `Classifier` or `Predictor`; the other protocols are optional.
-"""
+"""Interface between models and the rest of the package: `Model`, the base class of all, conditions and examples."""
 
 import lazy_loader
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError, shown
-from tactogram.model import CONDITIONS, Kind, Learner
+from tactogram.model import CONDITIONS, Kind, Model, ModelConfig
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
 from tactogram.validation import validated
@@ -130,12 +130,14 @@ class ModelInfo(ModelDescription):
             f"recipe of {self.name} must be one of {', '.join(self.recipes())}, or a TOML file; got {name!r}"
         )
 
-    def config_class(self) -> type[BaseModel]:
+    def config_class(self) -> type[ModelConfig]:
         """Import the folder and return its ``Config``."""
-        config: type[BaseModel] = self._module().Config
+        config: type = self._module().Config
+        if not issubclass(config, ModelConfig):
+            raise ParameterError(f"{self.folder}: Config must be a subclass of tactogram.model.ModelConfig")
         return config
 
-    def config(self, values: Mapping[str, Any] | None = None) -> BaseModel:
+    def config(self, values: Mapping[str, Any] | None = None) -> ModelConfig:
         """Return the model's configuration, in which ``values`` replace the published ones."""
         config = validated(self.config_class(), values or {}, where=f"config of {self.name}")
         for key, value in config.model_dump().items():
@@ -147,8 +149,8 @@ class ModelInfo(ModelDescription):
         return config
 
     def build(
-        self, config: BaseModel, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
-    ) -> Learner:
+        self, config: ModelConfig, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
+    ) -> Model:
         """Import the folder and return an untrained model for signals or images of ``kind``.
 
         ``config`` is of this model's `config_class`; ``seed`` decides the initial weights.
@@ -156,8 +158,12 @@ class ModelInfo(ModelDescription):
         from tactogram.training.device import memory_checked
 
         with memory_checked(f"model {self.name}"):
-            learner: Learner = self._module().build(config, kind, seed=seed, device=device)
-        return learner
+            model: object = self._module().build(config, kind, seed=seed, device=device)
+        if not isinstance(model, Model):
+            raise ParameterError(
+                f"{self.folder}: build must return a tactogram.model.Model, got {type(model).__name__}"
+            )
+        return model
 
     def _module(self) -> ModuleType:
         if "." not in self.package:

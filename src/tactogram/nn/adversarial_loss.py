@@ -1,4 +1,4 @@
-"""Losses of generators and discriminators: of patches at several scales, and the gradient penalty of WGAN-GP.
+"""Losses of generators and discriminators: scores of patches, features, and the gradient penalty of WGAN-GP.
 
 References
 ----------
@@ -8,6 +8,8 @@ References
   Wasserstein GANs. NeurIPS 30. Eq. 3 and Algorithm 1.
 - Wang, T.-C. et al. (2018). High-resolution image synthesis … with conditional GANs. CVPR. Eq. 4.
 - Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1.
+- Gulrajani, I., Ahmed, F., Arjovsky, M., Dumoulin, V. & Courville, A. (2017). Improved training of
+  Wasserstein GANs. NeurIPS 30. Eq. 3 and Algorithm 1.
 """
 
 from __future__ import annotations

@@ -1,13 +1,17 @@
-"""Initial weights of pix2pix and related networks.
+"""Initial weights: normal ones of pix2pix, and TensorFlow's (Glorot uniform) in strided convolutions and dense layers.
 
 References
 ----------
 - Radford, A., Metz, L. & Chintala, S. (2016). Unsupervised representation learning with deep convolutional
   generative adversarial networks. ICLR. Sec. 4.
 - Isola, P. et al. (2017). Image-to-image translation with conditional adversarial networks. CVPR. Sec. 6.2.
+- Glorot, X. & Bengio, Y. (2010). Understanding the difficulty of training deep feedforward neural networks. AISTATS.
+  Eq. 16.
 """
 
 from __future__ import annotations
+
+from typing import TypeVar
 
 from torch import nn
 
@@ -26,3 +30,39 @@ def normal_(network: nn.Module, gain: float = 0.02) -> None:
             continue
         if module.bias is not None:
             nn.init.zeros_(module.bias)
+
+
+Layer = TypeVar("Layer", nn.Linear, nn.Conv1d, nn.ConvTranspose1d)
+
+
+def padding(kernel: int, stride: int) -> int:
+    """Return the zeros before the first sample, 11 for a kernel of 25 and a stride of 4."""
+    return (kernel - stride + 1) // 2
+
+
+def strided_conv(fine: int, coarse: int, *, kernel: int, stride: int) -> nn.Conv1d:
+    """Return a convolution that shrinks time: (item, fine, time) -> (item, coarse, time / stride).
+
+    ``time`` is a multiple of ``stride``; ``kernel`` >= ``stride``, and odd if ``stride`` is 1.
+    """
+    return _glorot(nn.Conv1d(fine, coarse, kernel, stride, padding(kernel, stride)))
+
+
+def strided_conv_transpose(coarse: int, fine: int, *, kernel: int, stride: int) -> nn.ConvTranspose1d:
+    """Return the adjoint of `strided_conv` but for its bias: (item, coarse, time) -> (item, fine, time * stride)."""
+    pad = padding(kernel, stride)
+    return _glorot(
+        nn.ConvTranspose1d(coarse, fine, kernel, stride, pad, output_padding=stride + 2 * pad - kernel)
+    )
+
+
+def glorot_linear(inputs: int, outputs: int) -> nn.Linear:
+    """Return a dense layer with these initial weights."""
+    return _glorot(nn.Linear(inputs, outputs))
+
+
+def _glorot(layer: Layer) -> Layer:
+    nn.init.xavier_uniform_(layer.weight)
+    if layer.bias is not None:
+        nn.init.zeros_(layer.bias)
+    return layer

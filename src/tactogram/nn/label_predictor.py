@@ -12,16 +12,17 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from copy import deepcopy
 from functools import cached_property
+from itertools import count
 from typing import Annotated, Any
 
 import numpy as np
 import torch
 import torch.nn.functional as F
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from torch import Tensor, nn
 
 from tactogram.features.photo_pairs import WeakPairs, rng_of, shuffled
-from tactogram.model import WHOLE_BATCH, BatchShare
+from tactogram.model import WHOLE_BATCH, BatchShare, ModelConfig, Saved
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.photo_augmentation import erased, mixed, moved
 from tactogram.nn.photo_translation import photo_crops, photos_of
@@ -30,10 +31,8 @@ from tactogram.nn.trunks import Trunk, TrunkName
 Beta = Annotated[float, Field(ge=0, lt=1)]
 
 
-class PredictorConfig(BaseModel):
+class PredictorConfig(ModelConfig):
     """Settings of the label predictor, with their place in the paper."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     trunk: TrunkName = "densenet201"
     """Sec. 3.1, "DenseNet-201 backbone", frozen. The weights of ``efficientnet_lite0`` come in a package; ``own`` is a
@@ -84,11 +83,13 @@ class LabelPredictor(nn.Module):
         return logits
 
 
-class PredictorTraining:
+class PredictorTraining(Saved):
     """The predictor with its optimiser: cross-entropy, Adam, a learning rate that is halved every few epochs.
 
     Weights are chosen by their accuracy on unseen photographs, if there are any; of equally good ones the later.
     """
+
+    saved = ("network=bare", "best", "best_weights")
 
     def __init__(self, config: PredictorConfig, classes: int, *, device: torch.device) -> None:
         self.config, self.classes, self.device = config, classes, device
@@ -114,6 +115,14 @@ class PredictorTraining:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
         self.backward, self.device = fabric.backward, fabric.device
 
+    def optimiser_state(self) -> Any:
+        """Return the state of the optimiser."""
+        return self.optimiser.state_dict()
+
+    def load_optimisers(self, state: Any) -> None:
+        """Continue from `optimiser_state`."""
+        self.optimiser.load_state_dict(state)
+
     def steps_per_epoch(self, pairs: WeakPairs) -> int:
         """Return the batches that contain each crop of a photograph about once."""
         return math.ceil(len(photo_crops(pairs)) / self.config.batch_size)
@@ -123,8 +132,7 @@ class PredictorTraining:
     ) -> Iterator[tuple[int, Tensor, Tensor]]:
         """Yield number, photographs (batch, channel, row, column) and labels (batch, class), augmented."""
         config, crops = self.config, photo_crops(pairs)
-        step = start
-        while True:
+        for step in count(start):
             rng = rng_of(seed, "augmentation", step, *share.purpose)
             batch = shuffled(len(crops), config.batch_size, step, seed=seed)
             drawn = crops[share.places(batch, config.batch_size)]
@@ -134,7 +142,6 @@ class PredictorTraining:
             label = F.one_hot(places, self.classes).float()
             photo, label = mixed(photo, label, alpha=config.mixup, rng=rng)
             yield step, photo, label
-            step += 1
 
     def step(
         self, batch: tuple[int, Tensor, Tensor], *, epoch_steps: int, unseen: WeakPairs | None
@@ -184,15 +191,9 @@ class PredictorTraining:
 
     def state(self) -> dict[str, Any]:
         """Return the weights, and the best so far."""
-        return {
-            "network": self.bare.state_dict(),
-            "loaded": self.bare.trunk.loaded,
-            "best": self.best,
-            "best_weights": dict(self.best_weights),
-        }
+        return super().state() | {"loaded": self.bare.trunk.loaded}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Continue from `state`."""
-        self.bare.load_state_dict(state["network"])
+        super().load_state(state)
         self.bare.trunk.loaded = state["loaded"]
-        self.best, self.best_weights = state["best"], dict(state["best_weights"])

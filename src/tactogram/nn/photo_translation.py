@@ -7,21 +7,21 @@ visual_tactile_gan, pix2pix, pix2pixhd and residue_fusion_gan share them, as in 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops, to_network
 from tactogram.features.photo_pairs import Part, Protocol, WeakPairs, rng_of, weak_pairs
 from tactogram.features.spectrogram_picture import SpectrogramPicture
-from tactogram.model import Condition, Example, SignalKind
+from tactogram.model import Condition, Example, ModelConfig, Saved, SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.joining import extend
 
@@ -31,10 +31,8 @@ ROUND_DB = 5.0
 """Measured ceilings are rounded up to a multiple of this."""
 
 
-class PairConfig(BaseModel):
+class PairConfig(ModelConfig):
     """Photograph and picture of a pair; numbers with their place in Neshov et al. 2026, Sec. 4.1."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     n_fft: int = Field(default=512, gt=1)
     """Samples of the Hamming window. "512-point Hamming window"."""
@@ -83,8 +81,10 @@ class PairConfig(BaseModel):
         return smooth
 
 
-class PhotoTranslation:
+class PhotoTranslation(Saved):
     """Training pairs, and signals of generated pictures; ``seed`` decides crops and pairing in all parts."""
+
+    saved = ("ceiling_db", "seconds")
 
     def __init__(self, config: PairConfig, kind: SignalKind, *, seed: int) -> None:
         if not kind.materials:
@@ -188,14 +188,6 @@ class PhotoTranslation:
     def _usable(self, example: Example) -> bool:
         enough = self.picture.spectrogram.frames(len(example.signal)) >= self.config.frames
         return enough and len(example.photographs) > 0
-
-    def state(self) -> dict[str, Any]:
-        """Return the measured level and length."""
-        return {"ceiling_db": self.ceiling_db, "seconds": self.seconds}
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
-        self.ceiling_db, self.seconds = float(state["ceiling_db"]), float(state["seconds"])
 
     def photo(self, condition: Condition, number: int, *, seed: int) -> Tensor:
         """Return crop ``number`` of ``condition["image"]``, not augmented: shape (1, 1, row, column), -1 to 1."""

@@ -1,20 +1,35 @@
-"""Rated images as network input, all in memory: squares of one size in -1 to 1, with labels."""
+"""Rated images as network input, and the learner of generators of such images from scores."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from tactogram.errors import ParameterError
-from tactogram.model import WHOLE_BATCH, BatchShare, ImageExample
+from tactogram.model import (
+    WHOLE_BATCH,
+    BatchShare,
+    Condition,
+    ImageExample,
+    ImageKind,
+    Model,
+    check_condition,
+    unit_scores,
+)
 from tactogram.signal import Image
 from tactogram.training.seeds import child_rng
 
 Pixels = NDArray[np.uint8]
+
+EVALUATED = 64
+"""Most images whose distances measure the spread of real ones."""
+LABELS, NOISES = 12, 8
+"""Pairings that measure the spread of generated images: as many labels as Hatori et al. 2025 have plates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +75,67 @@ class LabelledImages:
         }
         chosen = np.array([orders[place // count][place % count] for place in places])
         return as_floats(self.pixels[chosen]), self.labels[chosen]
+
+
+class RatedImageLearner(Model):
+    """Mean ratings of the training images, and the images that scores of words describe.
+
+    ``partial`` allows that words are missing; a model adds its network, as `make`, and the size of its noise.
+    """
+
+    kind: ImageKind
+    divides_batches = True
+    saved: ClassVar[tuple[str, ...]] = ("words", "means", "real_spread")
+    partial = False
+
+    def __init__(self, config: Any, kind: ImageKind, *, seed: int, device: Any = "cpu") -> None:
+        super().__init__(config, kind, seed=seed, device=device)
+        self.means = np.full((len(kind.items), len(kind.words)), np.nan)
+        self.real_spread = 0.0
+        """Mean distance of real images, of which at most `EVALUATED` are compared."""
+
+    @property
+    def noise_size(self) -> int:
+        """Standard normal numbers that one image is made of."""
+        raise NotImplementedError
+
+    def make(self, noise: NDArray[np.float32], scores: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return images, (image, 3, row, column), about -1 to 1.
+
+        ``noise`` is (image, noise), standard normal; ``scores`` are (image, word), 0 to 1, NaN if missing.
+        """
+        raise NotImplementedError
+
+    @property
+    def rated_means(self) -> dict[str, NDArray[np.float64]]:
+        """Mean scores of each training image, 0 to 1, shape (word,); NaN where nobody gave one."""
+        return dict(zip(self.kind.items, self.means, strict=True))
+
+    def compared(self, examples: Sequence[ImageExample], images: LabelledImages) -> NDArray[np.float32]:
+        """Store the labels of training images, and return some of them, whose distances are `real_spread`."""
+        place = {item: number for number, item in enumerate(self.kind.items)}
+        for example, label in zip(examples, images.labels, strict=True):
+            if example.item in place:
+                self.means[place[example.item]] = label
+        count = len(images.pixels)
+        return as_floats(images.pixels[np.linspace(0, count - 1, min(count, EVALUATED)).round().astype(int)])
+
+    def pairings(self, labels: NDArray[np.floating]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return some of ``labels``, (label, word), and noises, whose pairings measure the spread of `make`."""
+        rng = child_rng(0, "spread")
+        some = rng.permutation(len(labels))[:LABELS]
+        noises = rng.standard_normal((NOISES, self.noise_size)).astype(np.float32)
+        return labels[some].astype(np.float32), noises
+
+    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Image:
+        """Return an image that evokes ``words``, each on the scale of the training ratings."""
+        check_condition(condition, needs=() if self.partial else ("words",), takes=("words",))
+        if seconds is not None:
+            raise ParameterError(f"seconds must be omitted, an image has no length; got {seconds:g}")
+        scores = unit_scores(condition.get("words") or {}, self.kind, partial=self.partial)
+        noise = child_rng(seed, "noise").standard_normal((1, self.noise_size)).astype(np.float32)
+        made = self.make(noise, scores[None].astype(np.float32))
+        return Image(as_pixels(made[0]).transpose(1, 2, 0))
 
 
 def as_floats(pixels: Pixels) -> NDArray[np.float32]:

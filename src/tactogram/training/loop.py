@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from tactogram.errors import RunError
-from tactogram.model import Example, Learner, Stage
+from tactogram.model import Example, Model, Stage
 from tactogram.training.seeds import child_seed, torch_seeded
 
 
@@ -29,7 +29,7 @@ OnStep = Callable[[TrainingPosition, Stage, dict[str, float]], None]
 
 
 def fit(
-    learner: Learner,
+    learner: Model,
     examples: Sequence[Example],
     *,
     seed: int,

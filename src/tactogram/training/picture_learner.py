@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from itertools import count
-from typing import Annotated, Any, Generic, Protocol, TypeVar, cast
+from typing import Annotated, Any, ClassVar, Generic, Protocol, TypeVar, cast
 
 import torch
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_pairs import WeakPairs, shuffled
 from tactogram.model import (
-    WHOLE_BATCH,
-    BatchShare,
     Condition,
     Example,
+    Model,
+    ModelConfig,
     SignalKind,
     Stage,
     check_condition,
-    check_state,
 )
-from tactogram.nn.adversarial_pair import AdversarialPair
+from tactogram.nn.adversarial_networks import AdversarialPair
 from tactogram.nn.label_predictor import PredictorConfig, PredictorTraining
 from tactogram.nn.photo_translation import DistanceName, PairConfig, PhotoTranslation
 from tactogram.signal import Image, Signal
@@ -33,15 +32,13 @@ Beta = Annotated[float, Field(ge=0, lt=1)]
 VARIATION = (
     "the crop of the photograph and the phase, or noise, of the signal; the network itself takes no noise"
 )
-"""`NoiselessGenerator.variation` of the models whose generator draws no noise."""
+"""`Model.variation` of the models whose generator draws no noise."""
 VIEWS = 5
 """Crops of a photograph whose mean probabilities classify it."""
 
 
-class PictureConfig(BaseModel):
+class PictureConfig(ModelConfig):
     """Settings that these models share; numbers with their place in Neshov et al. 2026."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     pairs: PairConfig = PairConfig()
     """Photographs, pictures and how they are paired: the same for all models compared in Neshov et al., Sec. 4.1."""
@@ -75,13 +72,16 @@ class _SizedNetwork(Protocol):
 ConfigT = TypeVar("ConfigT", bound=PictureConfig)
 
 
-class PictureLearner(Generic[ConfigT]):
+class PictureLearner(Model, Generic[ConfigT]):
     """Pairs, stages, validation, state and generated signals; a model adds `networks` and `update`.
 
     ``seed`` decides initial weights, crops and pairs; ``predictor`` is a label predictor trained before the GAN.
     """
 
-    share: BatchShare = WHOLE_BATCH
+    config: ConfigT
+    kind: SignalKind
+    divides_batches = True
+    saved: ClassVar[tuple[str, ...]] = ("materials", "ends=translation", "gan", "predictor")
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class PictureLearner(Generic[ConfigT]):
         device: str | torch.device = "cpu",
         predictor: PredictorConfig | None = None,
     ) -> None:
-        self.config, self.kind, self.materials = config, kind, kind.materials
+        super().__init__(config, kind, seed=seed, device=device)
         self.translation = PhotoTranslation(config.pairs, kind, seed=seed)
         self.predictor: PredictorTraining | None = None
         if predictor:
@@ -142,12 +142,14 @@ class PictureLearner(Generic[ConfigT]):
         """Return the generator's further inputs for photographs, (batch, 1, row, column); none by default."""
         return ()
 
-    def setup(self, fabric: Any) -> None:
-        """Hand networks and optimisers to Lightning Fabric."""
-        self.share = BatchShare.of_process(fabric)
-        self.gan.setup(fabric)
-        if self.predictor:
-            self.predictor.setup(fabric)
+    def parts(self) -> Sequence[Any]:
+        """Return the GAN, and the label predictor if there is one."""
+        return [self.gan, self.predictor] if self.predictor else [self.gan]
+
+    @property
+    def window_protocol(self) -> str:
+        """Protocol that splits crops of the training data; empty if photographs and recordings are split."""
+        return self.translation.crop_protocol
 
     def set_validation(self, examples: Sequence[Example]) -> str:
         """Choose the predictor's weights by accuracy on ``examples``, the generator's by `choice`."""
@@ -237,28 +239,7 @@ class PictureLearner(Generic[ConfigT]):
 
     def state(self) -> dict[str, Any]:
         """Return the full state, with the distance that weights were chosen by and the trunk's name."""
-        return {
-            "materials": list(self.materials),
-            "ends": self.translation.state(),
-            "gan": self.gan.state(),
-            "trunk": self.predictor.config.trunk if self.predictor else None,
-            "predictor": self.predictor.state() if self.predictor else None,
-            "optimisers": {
-                "gan": self.gan.optimiser_state(),
-                "predictor": self.predictor.optimiser.state_dict() if self.predictor else None,
-            },
-        }
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
-        check_state(state["materials"], self.materials)
-        optimisers = state.get("optimisers") or {}
-        self.translation.load_state(state["ends"])
-        self.gan.load_state(state["gan"], optimisers.get("gan"))
-        if self.predictor:
-            self.predictor.load_state(state["predictor"])
-            if optimisers.get("predictor"):
-                self.predictor.optimiser.load_state_dict(optimisers["predictor"])
+        return super().state() | {"trunk": self.predictor.config.trunk if self.predictor else None}
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return the vibration of the photographed surface, at the level of the training data.

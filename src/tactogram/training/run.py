@@ -21,7 +21,7 @@ import tomli_w
 
 from tactogram.datasets.store.remote import is_remote
 from tactogram.errors import DataError, ParameterError, RunError
-from tactogram.model import ImageKind, Kind, Learner, SignalKind
+from tactogram.model import ImageKind, Kind, Model, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import parse_json, read_json, read_text
@@ -107,11 +107,11 @@ class Run:
         """The training data: path, name, sha256, split, whether simulated."""
         return self.read_json("data.json")
 
-    def save_checkpoint(self, learner: Learner, position: TrainingPosition) -> None:
+    def save_checkpoint(self, learner: Model, position: TrainingPosition) -> None:
         """Save the state at ``position``."""
         save_state(self.folder / "checkpoint.safetensors", learner.state(), asdict(position))
 
-    def restore(self, learner: Learner) -> TrainingPosition:
+    def restore(self, learner: Model) -> TrainingPosition:
         """Load the last checkpoint into ``learner`` and drop later log lines."""
         for left in self.folder.glob(".*.part.safetensors"):  # of a killed process
             left.unlink(missing_ok=True)
@@ -148,7 +148,7 @@ class Run:
                 raise RunError(f"{path}: line {number} must have stage and step; delete the line, or the run")
         return found
 
-    def finish(self, learner: Learner, kind: Kind, facts: Mapping[str, Any]) -> None:
+    def finish(self, learner: Model, kind: Kind, facts: Mapping[str, Any]) -> None:
         """Write the weights, their facts, and the curves as a table; then delete the checkpoint."""
         self._write_curves()
         weights = {key: value for key, value in learner.state().items() if key != "optimisers"}

@@ -13,31 +13,31 @@ from tactogram.model import (
     Condition,
     Example,
     Limit,
-    SignalKind,
+    Model,
     Stage,
     check_condition,
-    check_state,
     limits_within,
     material_weights,
 )
 from tactogram.signal import Signal
 from tactogram.signal.texture_map import NAMES, ModelMap, group_by_condition
-from tactogram.training.one_step_learner import OneStepLearner
 
 M = TypeVar("M")
 """Model of one texture."""
 
 
-class TextureLearner(OneStepLearner, Generic[M]):
-    """Fitting, mixing and generation; a model of textures defines the methods that raise `NotImplementedError`."""
+class TextureLearner(Model, Generic[M]):
+    """Fitting, mixing and generation; a model of textures defines the methods that raise `NotImplementedError`.
+
+    With ``config.by_condition`` there is one model per speed and force if all recordings of a material have them.
+    """
 
     name: str
-    by_condition: bool
-    """Whether there is one model per speed and force if all recordings of a material have them."""
+    saved = ("seconds", "materials")
 
-    def __init__(self, kind: SignalKind) -> None:
-        kind.require_materials(self.name)
-        self.kind, self.materials = kind, kind.materials
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.kind.require_materials(self.name)
         self.maps: list[ModelMap[M]] = []
         """Models of each material over the recorded speeds and forces."""
         self.seconds = 0.0
@@ -75,7 +75,9 @@ class TextureLearner(OneStepLearner, Generic[M]):
         examples: Sequence[Example] = batch
         maps = []
         for members in self.kind.by_material(examples).values():
-            points, groups = group_by_condition([e.condition for e in members], known=self.by_condition)
+            points, groups = group_by_condition(
+                [e.condition for e in members], known=self.config.by_condition
+            )
             models = tuple(self.fit([members[k].signal for k in group]) for group in groups)
             maps.append(self.map_of(points, models))
         self.maps = maps
@@ -95,19 +97,15 @@ class TextureLearner(OneStepLearner, Generic[M]):
 
     def state(self) -> dict[str, Any]:
         """Return the models with their conditions, by material."""
-        return {
-            "seconds": self.seconds,
-            "materials": list(self.materials),
-            "maps": [
-                {"conditions": each.conditions, "models": [self.arrays_of(model) for model in each.models]}
-                for each in self.maps
-            ],
-        }
+        maps = [
+            {"conditions": each.conditions, "models": [self.arrays_of(model) for model in each.models]}
+            for each in self.maps
+        ]
+        return super().state() | {"maps": maps}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Restore the models of `state`."""
-        check_state(state["materials"], self.materials)
-        self.seconds = float(state["seconds"])
+        super().load_state(state)
         self.maps = [
             self.map_of(
                 np.asarray(each["conditions"]),

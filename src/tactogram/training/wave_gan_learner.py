@@ -13,36 +13,33 @@ import math
 from collections.abc import Mapping, Sequence
 from functools import partial
 from types import MappingProxyType
-from typing import Annotated, Any, Generic, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
 from torch import Tensor, nn
 
 from tactogram.features.signal_crops import SignalCrops
-from tactogram.model import WHOLE_BATCH, BatchShare, Example, SignalKind, check_state
+from tactogram.model import Example, Model, ModelConfig, SignalKind
 from tactogram.nn import WaveDiscriminator, gradient_penalty
 from tactogram.nn.adversarial_networks import AdversarialNetworks
 from tactogram.nn.bare_and_fixed import bare
 from tactogram.nn.latent_pieces import crossfaded_pieces, uniform_latents
 from tactogram.training.seeds import child_rng, torch_seeded
 
-Count = Annotated[int, Field(gt=0)]
 Beta = Annotated[float, Field(ge=0, lt=1)]
 
 
-class WaveGANConfig(BaseModel):
+class WaveGANConfig(ModelConfig):
     """Settings that these models share; defaults are those of Saga et al. 2020."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     latent: int = Field(default=100, gt=0)
     """Uniform random numbers in -1 to 1 per signal. Saga et al., Table III, "Uniform(-1,1)", "100+C"."""
     points: int = Field(default=16, gt=0)
     """Samples per axis after the generator's dense layer. Saga et al., Table III, "(n, 3, 16, 1024)"."""
-    channels: tuple[Count, ...] = Field(default=(1024, 512, 256, 128, 64), min_length=1)
+    channels: tuple[PositiveInt, ...] = Field(default=(1024, 512, 256, 128, 64), min_length=1)
     """Channels after the dense layer and before each transposed convolution; backwards, those of the discriminator.
     Saga et al., Table III."""
     kernel: int = Field(default=25, gt=1)
@@ -105,11 +102,16 @@ LabelledCrops = tuple[NDArray[np.float32], NDArray[np.float32]]
 NO_LATENTS: Mapping[int, Tensor] = MappingProxyType({})
 
 
-class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
+class WaveGANLearner(AdversarialNetworks, Model, Generic[ConfigT]):
     """Networks, critic updates, validation and signals; a model adds its generator, crops and generator updates.
 
     ``rates`` are the learning rates of generator and discriminator.
     """
+
+    config: ConfigT
+    kind: SignalKind
+    divides_batches = True
+    saved: ClassVar[tuple[str, ...]] = ("materials", "generator", "discriminator")
 
     def __init__(
         self,
@@ -120,12 +122,11 @@ class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
         seed: int,
         device: str | torch.device = "cpu",
     ) -> None:
-        self.config, self.kind, self.materials = config, kind, kind.materials
-        self.share = WHOLE_BATCH
+        Model.__init__(self, config, kind, seed=seed, device=device)
         with torch_seeded(seed, "weights"):
             networks = self.networks()
         adam = partial(torch.optim.Adam, betas=config.betas)
-        super().__init__(*networks, rates=rates, optimiser=adam, device=device)
+        AdversarialNetworks.__init__(self, *networks, rates=rates, optimiser=adam, device=device)
 
     def networks(self) -> tuple[nn.Module, nn.Module]:
         """Return generator and discriminator with initial weights from torch's own generator."""
@@ -154,8 +155,8 @@ class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
 
     def setup(self, fabric: Any) -> None:
         """Hand networks and optimisers to Lightning Fabric."""
-        super().setup(fabric)
-        self.share = BatchShare.of_process(fabric)
+        AdversarialNetworks.setup(self, fabric)
+        Model.setup(self, fabric)
 
     def batch_of_step(self, crops: SignalCrops, step: int, *, seed: int, updates: int = 1) -> LabelledCrops:
         """Return this process's share of the batches of a step, one for each of ``updates``, prepared."""
@@ -199,22 +200,6 @@ class WaveGANLearner(AdversarialNetworks, Generic[ConfigT]):
             real = bare(self.discriminator)(x, label).mean()
             made = bare(self.discriminator)(self.make(label), label).mean()
         return {"wasserstein_unseen": (real - made).item()}
-
-    def state(self) -> dict[str, Any]:
-        """Return networks and optimisers."""
-        return {
-            "materials": list(self.materials),
-            "generator": self.generator.state_dict(),
-            "discriminator": self.discriminator.state_dict(),
-            "optimisers": self.optimiser_state(),
-        }
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
-        check_state(state["materials"], self.materials)
-        self.generator.load_state_dict(state["generator"])
-        self.discriminator.load_state_dict(state["discriminator"])
-        self.load_optimisers(state.get("optimisers"))
 
     def crossfaded(
         self, label: Tensor, length: int, *, seed: int, given: Mapping[int, Tensor] = NO_LATENTS

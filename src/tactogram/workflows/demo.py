@@ -21,7 +21,6 @@ from tactogram.evaluation.report import (
     ReportText,
     write_report,
 )
-from tactogram.model import window_of
 from tactogram.signal import Image, Signal
 from tactogram.signal.figure import signal_figure
 from tactogram.signal.io import write_signal
@@ -163,7 +162,7 @@ def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection
     rows = [
         ("strokes", results["recording_accuracy"], f"{low:.2f} – {high:.2f}", results["recordings"]),
         (
-            f"windows of {window_of(classifier.config)} samples",
+            f"windows of {classifier.config.input_samples} samples",
             results["window_accuracy"],
             "–",
             results["windows"],

@@ -148,6 +148,9 @@ def test_a_live_map_covers_the_speeds_that_a_model_predicts():
         def generator(self):
             return self
 
+        def limits(self, condition):
+            return []
+
         def generate(self, condition, *, seconds, seed):
             seen.append(condition)
             noise = np.random.default_rng(seed).standard_normal((1, 4000))

@@ -8,7 +8,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
-from tactogram.model import Limit, SignalKind, limits_within, word_limits
+from tactogram.model import Limit, Model, SignalKind, limits_within, word_limits
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.signal.motion import Motion
@@ -98,11 +98,12 @@ def test_scores_are_compared_on_the_scale_of_the_ratings():
 
 
 def test_a_model_of_rated_items_is_kept_within_them():
-    generator = SimpleNamespace(
-        generate=lambda: None, rated_means={"a": np.array([0.25, 0.5]), "b": np.array([0.5, 0.75])}
-    )
+    class Rated(Model):
+        step = None
+        rated_means = {"a": np.array([0.25, 0.5]), "b": np.array([0.5, 0.75])}  # noqa: RUF012
+
     kind = SignalKind(1000.0, "1", ("z",), words=("rough", "sticky"), scale=(1.0, 7.0))
-    run = SimpleNamespace(generator=generator, any_kind=kind)
+    run = SimpleNamespace(generator=Rated(None, kind))
     assert within(run, {"words": {"rough": 7.0, "sticky": 5.0}})["words"] == {"rough": 4.0, "sticky": 5.0}
     assert str(limits(run, {"words": {"sticky": 1.0}})[0]).endswith("was rated: it counts as 4")
 

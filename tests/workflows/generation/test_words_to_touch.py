@@ -11,7 +11,7 @@ from tactogram.cli.command import main
 from tactogram.datasets import create_store
 from tactogram.datasets.ratings.ratings import EVOKED, Ratings
 from tactogram.errors import ParameterError
-from tactogram.model import ImageKind, SignalKind, check_condition
+from tactogram.model import ImageKind, Model, SignalKind, check_condition
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal, write_signal
 from tactogram.workflows.evaluation.crossval import crossval
@@ -26,11 +26,14 @@ from tactogram.workflows.training.train import train
 WORDS = ("rough", "sleek", "sticky")
 
 
-class Drawing:
+class Drawing(Model):
     """An image of as many rows as words, each as bright as its score."""
 
+    step = rated_means = None
+
     def __init__(self, kind, means):
-        self.kind, self.rated_means, self.asked = kind, means, []
+        super().__init__(None, kind)
+        self.rated_means, self.asked = means, []
 
     def generate(self, condition, *, seconds=None, seed):
         check_condition(condition, needs=("words",))
@@ -51,12 +54,14 @@ class Humming(Drawing):
             (rows + np.random.default_rng(seed).random(3)).astype(np.float32), 100.0, "1", ("drive",)
         )
 
-    def selection_for(self, condition, *, seed):
+    def selection_for(self, condition, seed):
         return {"cluster": 2, "plate": "plate01"}
 
 
-class Judge:
+class Judge(Model):
     """Says 6 of 7 of everything."""
+
+    step = None
 
     def predict(self, given):
         return dict.fromkeys(WORDS, 6.0)
@@ -65,7 +70,13 @@ class Judge:
 def run(name, model, kind, gives, takes=(), needs=("words",), simulated=True):
     return LoadedRun(
         SimpleNamespace(name=name, folder=f"runs/{name}", data={"run_id": f"{name}-id"}),
-        SimpleNamespace(name=f"{name}_model", gives=gives, needs=needs, conditions=(*needs, *takes)),
+        SimpleNamespace(
+            name=f"{name}_model",
+            task="prediction" if gives == "scores" else "generation",
+            gives=gives,
+            needs=needs,
+            conditions=(*needs, *takes),
+        ),
         SimpleNamespace(
             prepare=SimpleNamespace(model_copy=lambda update: SimpleNamespace(apply=lambda x: x))
         ),
@@ -88,7 +99,7 @@ def vibrations(words=WORDS):
 
 def rater(kind=None):
     kind = kind or SignalKind(100.0, "1", ("drive",), (), True, words=WORDS, scale=(1.0, 7.0))
-    return run("judge", Judge(), kind, "scores", needs=())
+    return run("judge", Judge(None, kind), kind, "scores", needs=())
 
 
 def test_missing_words_are_asked_for_by_name():

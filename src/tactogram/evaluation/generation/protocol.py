@@ -42,7 +42,7 @@ from tactogram.evaluation.measures import (
     signal_measures,
     two_sample_accuracy,
 )
-from tactogram.model import Classifier
+from tactogram.model import Model
 from tactogram.signal import Signal
 
 T = TypeVar("T")
@@ -69,7 +69,7 @@ def evaluate_generation(
     floor: BySet | None = None,
     pieces: PiecePlan | None = None,
     embed: Callable[[Signal], NDArray[np.floating]] | None = None,
-    classifier: Classifier | None = None,
+    classifier: Model | None = None,
     fit: Fit = linear_discriminant,
     workers: int | None = None,
     on_part: PartCallback = lambda task, done, total: None,
@@ -94,7 +94,7 @@ def evaluate_generation(
     embed : callable, optional
         Returns the points of a signal in an embedding, float, shape (point, feature), equally many for signals of
         one length. Without it, embedding measures are left out.
-    classifier : Classifier, optional
+    classifier : Model, optional
         Trained on real recordings; classifies the generated signals.
     fit : callable
         Trains a quick classifier on signals and labels of at least two materials.

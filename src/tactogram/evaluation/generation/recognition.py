@@ -9,12 +9,12 @@ import numpy as np
 from tactogram.evaluation.generation.comparison import CEILING, FLOOR, NEAREST, OTHERS, TEST, Tables
 from tactogram.evaluation.generation.segments import PieceSet
 from tactogram.evaluation.measures import Classify, Fit
-from tactogram.model import Classifier
+from tactogram.model import Model
 from tactogram.signal import Signal
 
 
 def measure_classification(
-    classifier: Classifier, cut: Mapping[str, Mapping[str, PieceSet]]
+    classifier: Model, cut: Mapping[str, Mapping[str, PieceSet]]
 ) -> dict[str, dict[str, float | None]]:
     """Return the share of each set's pieces that ``classifier`` classifies correctly; the floor is the test pieces.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
-from tactogram.model import SignalKind, Stage
-from tactogram.models.ar_texture.config import Config
+from tactogram.model import ModelConfig, Stage
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel, mix
 from tactogram.signal.autoregressive_fit import fit_autoregressive
@@ -17,18 +17,29 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import TextureMap
 from tactogram.training.texture_learner import TextureLearner
 
-if TYPE_CHECKING:
-    import torch
+
+class Config(ModelConfig):
+    """Fit and mixing of the models: the publications' choices, and ours where they state none."""
+
+    order: int | None = Field(default=None, ge=0, le=200)
+    """Order of every model; None takes each model's least AIC. The toolkit has one order per surface."""
+    max_order: int = Field(default=60, ge=0, le=200)
+    """Highest order AIC may take. Ours: higher ones do not lower the log-spectral distance to unseen recordings."""
+    method: Literal["burg", "yule-walker"] = "burg"
+    """Burg's recursion over all recordings of a condition (de Waele & Broersen 2000). Ours, since it is less biased
+    on short recordings; the publications solve the Yule-Walker equations of one segment."""
+    by_condition: bool = True
+    """One model per speed and force if all recordings of a material have them (Culbertson et al. 2012)."""
+    level: Literal["log", "linear"] = "log"
+    """Interpolation of power between models. Ours: in dB, which feels even; the toolkit interpolates the variance of
+    the innovations, so that the level between two models is not between their levels."""
 
 
 class AutoregressiveLearner(TextureLearner[AutoregressiveModel]):
     """One `AutoregressiveModel` per material, speed and force."""
 
     name = "ar_texture"
-
-    def __init__(self, config: Config, kind: SignalKind) -> None:
-        super().__init__(kind)
-        self.config, self.by_condition = config, config.by_condition
+    config: Config
 
     def map_of(self, conditions: NDArray[np.float64], models: tuple[AutoregressiveModel, ...]) -> TextureMap:
         return TextureMap(models, conditions, level=self.config.level)
@@ -71,8 +82,4 @@ class AutoregressiveLearner(TextureLearner[AutoregressiveModel]):
         return AutoregressiveModel(**arrays, rate=self.kind.rate, unit=self.kind.unit, axes=self.kind.axes)
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> AutoregressiveLearner:
-    """Return an untrained model; it has no random weights and always computes on the processor."""
-    return AutoregressiveLearner(config, kind)
+build = AutoregressiveLearner

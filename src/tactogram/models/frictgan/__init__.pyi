@@ -2,6 +2,7 @@ from .config import (
     Config as Config,
 )
 from .fabric_evaluation import (
+    MODELS as MODELS,
     compare_fabrics as compare_fabrics,
     fabric_windows as fabric_windows,
     summary as summary,
@@ -9,7 +10,4 @@ from .fabric_evaluation import (
 from .learner import (
     FrictGANLearner as FrictGANLearner,
     build as build,
-)
-from .texture_free import (
-    MODELS as MODELS,
 )

@@ -3,32 +3,30 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from itertools import accumulate
+from operator import mul
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
 
 from tactogram.features.amplitude_spectrogram import AmplitudeSpectrogram
 from tactogram.features.registered_pairs import PhotoWindows, Protocol
-from tactogram.models.frictgan.sizes import check
-
-Positive = Annotated[int, Field(gt=0)]
+from tactogram.model import ModelConfig
 
 
-class Config(BaseModel):
+class Config(ModelConfig):
     """FrictGAN; the defaults are the paper's.
 
     "Code" is the authors' first public repository, "later code" their second (of the paper's successor); both differ
     from the paper and from each other, see README.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
-
     # -- pairs
-    pixels: Positive = 1024
+    pixels: PositiveInt = 1024
     """Sec. 4: "1024x1024 sliding window"."""
-    offset: Positive = 2
+    offset: PositiveInt = 2
     """Sec. 4: "the offset of two pixels"."""
-    windows: Positive | None = 600
+    windows: PositiveInt | None = 600
     """Sec. 4: "the previous 600 pairs" of each photograph; None takes all."""
     protocol: Protocol = "window-split"
     """Sec. 4: 100 + 100 "randomly selected" overlapping windows, which leaks; the other two are ours."""
@@ -39,7 +37,7 @@ class Config(BaseModel):
     # -- spectrogram
     n_fft: int = Field(default=512, ge=4)
     """Sec. 4: "512-hamming window"."""
-    hop: Positive = 128
+    hop: PositiveInt = 128
     """Sec. 4: "128-hop size"."""
     frames: int = Field(default=11, ge=4)
     """Sec. 3.1: 257 x 11."""
@@ -52,12 +50,12 @@ class Config(BaseModel):
     mean over the training part, so that the mean level, some hundred times the ripple, does not dominate the L1
     distance; or log(1 + 100 x) of such a quotient x, so that smooth fabrics count, too."""
     # -- generator
-    channels: tuple[Positive, ...] = (32, 64, 128, 256, 512, 512, 512)
+    channels: tuple[PositiveInt, ...] = (32, 64, 128, 256, 512, 512, 512)
     """Encoder; open in the paper; the code's."""
-    strides: tuple[Positive, ...] = (2, 2, 2, 2, 2, 4, 4)
+    strides: tuple[PositiveInt, ...] = (2, 2, 2, 2, 2, 4, 4)
     """Encoder; open in the paper; the code's."""
     up_strides: tuple[Literal[2, 4], ...] = (4, 4, 2, 2, 2)
-    """Decoder, along frequency; the last ones also along displacement, see `networks.sizes`. Open in the paper."""
+    """Decoder, along frequency; the last ones also along displacement, see `column_strides`. Open in the paper."""
     wide: int = Field(default=2, ge=0)
     """Last decoder layers that also double the number of frames. Open in the paper."""
     latent: int = Field(default=128, ge=0)
@@ -77,7 +75,7 @@ class Config(BaseModel):
     first_norm: bool = True
     """Whether the first layers of generator and critic are normalised: "each layer" (Sec. 3.1); not so in the code."""
     # -- critic
-    critic_channels: tuple[Positive, Positive, Positive, Positive] = (64, 128, 256, 512)
+    critic_channels: tuple[PositiveInt, PositiveInt, PositiveInt, PositiveInt] = (64, 128, 256, 512)
     """PatchGAN (Sec. 3.1): 257 x 11 x 4 to 30 x 1; channels are the code's, and pix2pix's."""
     leak: float = 0.2
     """Of LeakyReLU; open in the paper; the code's."""
@@ -90,7 +88,7 @@ class Config(BaseModel):
     """Eq. (3): 1; 0 omits the critic (ours, to see its effect)."""
     clip: float = Field(default=0.01, gt=0)
     """Largest weight of the critic; open in the paper; WGAN's (Arjovsky et al. 2017, Algorithm 1) and the code's."""
-    critic_updates: Positive = 5
+    critic_updates: PositiveInt = 5
     """Per generator update; open in the paper; that of WGAN and the code."""
     learning_rate: float = Field(default=5e-5, gt=0)
     """Sec. 4, RMSprop."""
@@ -151,3 +149,55 @@ class Config(BaseModel):
             shares=self.shares,
             grey=self.grey,
         )
+
+
+Size = tuple[int, int]
+"""Rows (frequency, or down the photograph) and columns (displacement, or along it)."""
+
+
+def encoder_sizes(config: Config) -> list[int]:
+    """Return the side of each map of the encoder: 512, 256, 128, 64, 32, 8, 2 as published."""
+    return [config.pixels // product for product in accumulate(config.strides, mul)]
+
+
+def decoder_sizes(config: Config) -> list[Size]:
+    """Return the sizes of the decoder's input and of each layer's output.
+
+    Backwards from the spectrogram, each is the output size of a strided convolution with padding "same" of the next, as
+    in the critic: (3, 3), (9, 3), (33, 3), (65, 3), (129, 6), (257, 11).
+    """
+    sizes = [(config.bins, config.frames)]
+    for rows, columns in reversed(column_strides(config)):
+        sizes.append((-(-sizes[-1][0] // rows), -(-sizes[-1][1] // columns)))
+    return sizes[::-1]
+
+
+def column_strides(config: Config) -> list[Size]:
+    """Return the stride of each decoder layer, along frequency and along displacement."""
+    last = len(config.up_strides) - config.wide
+    return [(stride, 2 if layer >= last else 1) for layer, stride in enumerate(config.up_strides)]
+
+
+def critic_size(size: Size) -> Size:
+    """Return the size of the critic's output for a spectrogram of ``size``: (257, 11) to (30, 1)."""
+    rows, columns = size
+    for down, across in ((2, 2), (2, 2), (2, 1)):
+        rows, columns = -(-rows // down), -(-columns // across)
+    return rows + 2 - 4 + 2 - 3, columns + 2 - 3 + 2 - 3
+
+
+def check(config: Config) -> None:
+    """Refuse sizes that do not fit together."""
+    if min(critic_size((config.bins, config.frames))) < 1:
+        raise ValueError(
+            f"n_fft must be at least 64 and frames at least 9 for the critic to have a patch, got {config.bins} bins "
+            f"and {config.frames} frames"
+        )
+    if config.match == "crop":
+        kept = encoder_sizes(config)[: len(config.up_strides)]
+        for side, size in zip(kept, reversed(decoder_sizes(config)[1:]), strict=True):
+            if side < max(size):
+                raise ValueError(
+                    f"a map of {side} x {side} cannot be cropped to {size[0]} x {size[1]}: raise pixels, "
+                    "or set match = 'pool'"
+                )

@@ -8,7 +8,7 @@ of the same fabric (``floor``) and of different fabrics (``ceiling``).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
@@ -22,6 +22,9 @@ from tactogram.features.amplitude_spectrogram import AmplitudeSpectrogram
 from tactogram.features.registered_pairs import FrictionBatch, Part
 from tactogram.model import Example
 from tactogram.signal import Signal
+from tactogram.signal.autoregressive_fit import fit_autoregressive
+from tactogram.signal.synthesis import Synthesizer
+from tactogram.training.seeds import child_generator, child_rng
 
 if TYPE_CHECKING:
     from tactogram.models.frictgan.learner import FrictGANLearner
@@ -163,3 +166,33 @@ def _played(windows: Tensor) -> list[Signal]:
 
 def _mean(values: Tensor) -> float:
     return float(values.to(torch.float64).mean())
+
+
+def constant(trained: Tensor, count: int, seed: int) -> Tensor:
+    """Return flat windows at the mean level: Coulomb's friction. All windows are (window, axis, samples)."""
+    return trained.mean((0, 2), keepdim=True).expand(count, -1, trained.shape[-1])
+
+
+def autoregressive(trained: Tensor, count: int, seed: int) -> Tensor:
+    """Return windows of a process over displacement with the fabric's spectrum (Burg, order by AIC), never below 0."""
+    axes = tuple(map(str, range(trained.shape[1])))
+    # The fit is for signals over time; any rate will do.
+    model = fit_autoregressive([Signal(window, 1000.0, "1", axes) for window in trained.numpy()])
+    samples = trained.shape[-1]
+    made = [
+        Synthesizer(model, seed=child_rng(seed, "autoregressive", number)).next(samples).samples
+        for number in range(count)
+    ]
+    return torch.from_numpy(np.stack(made)).clamp_min(0)
+
+
+def replay(trained: Tensor, count: int, seed: int) -> Tensor:
+    """Return recorded windows, drawn at random: as on a display that replays a recording from any place."""
+    return trained[torch.randint(len(trained), (count,), generator=child_generator(seed, "replay"))]
+
+
+MODELS: Mapping[str, Callable[[Tensor, int, int], Tensor]] = {
+    "constant": constant,
+    "autoregressive": autoregressive,
+    "replay": replay,
+}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from functools import partial
 from typing import Any
@@ -16,10 +16,9 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs, scaled
 from tactogram.model import (
-    WHOLE_BATCH,
-    BatchShare,
     Condition,
     Example,
+    Model,
     SignalKind,
     Stage,
     check_condition,
@@ -43,14 +42,18 @@ AT_ONCE = 4
 """Windows that are generated at once."""
 
 
-class FrictGANLearner(AdversarialNetworks):
+class FrictGANLearner(AdversarialNetworks, Model):
     """Generator and critic of FrictGAN, Sec. 3; a photograph gives one spectrogram per axis."""
+
+    config: Config
+    kind: SignalKind
+    divides_batches = True
+    saved = ("scale", "mm_per_pixel", "generator", "critic=discriminator")
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
-        self.config, self.kind = config, kind
-        self.share = WHOLE_BATCH
+        Model.__init__(self, config, kind, seed=seed, device=device)
         self.windows, self.spectrogram = config.photo_windows(), config.spectrogram()
         self.scale = torch.ones(len(kind.axes), config.bins, 1)
         self.mm_per_pixel: float | None = None
@@ -60,11 +63,11 @@ class FrictGANLearner(AdversarialNetworks):
         rates = (config.learning_rate, config.critic_learning_rate or config.learning_rate)
         # RMSprop: Sec. 4; alpha and eps as TensorFlow's, which the authors used.
         optimiser = partial(torch.optim.RMSprop, alpha=0.9, eps=1e-7)
-        super().__init__(generator, critic, rates=rates, optimiser=optimiser, device=device)
+        AdversarialNetworks.__init__(self, generator, critic, rates=rates, optimiser=optimiser, device=device)
 
     def setup(self, fabric: Any) -> None:
-        super().setup(fabric)
-        self.share = BatchShare.of_process(fabric)
+        AdversarialNetworks.setup(self, fabric)
+        Model.setup(self, fabric)
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         pairs, self.training_examples = self.pairs(examples), examples
@@ -223,26 +226,8 @@ class FrictGANLearner(AdversarialNetworks):
     def _noise(self, seed: int, number: int) -> Tensor:
         return torch.randn(self.config.noise, generator=child_generator(seed, "noise", number))
 
-    def state(self) -> dict[str, Any]:
-        return {
-            "scale": self.scale,
-            "mm_per_pixel": self.mm_per_pixel,
-            "generator": self.generator.state_dict(),
-            "critic": self.discriminator.state_dict(),
-            "optimisers": self.optimiser_state(),
-        }
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        self.scale = torch.as_tensor(state["scale"])
-        scale = state["mm_per_pixel"]
-        self.mm_per_pixel = None if scale is None else float(scale)
-        self.generator.load_state_dict(state["generator"])
-        self.discriminator.load_state_dict(state["critic"])
-        self.load_optimisers(state.get("optimisers"))
-
     @property
     def window_protocol(self) -> str:
-        """The protocol that splits windows of the training recordings; empty if recordings are split."""
         return "" if self.config.protocol == "examples" else self.config.protocol
 
     def evaluate_as_published(self, examples: Sequence[Example]) -> dict[str, Any]:

@@ -8,8 +8,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
-from tactogram.models.frictgan.config import Config
-from tactogram.models.frictgan.sizes import Size, column_strides, decoder_sizes, encoder_sizes
+from tactogram.models.frictgan.config import Config, Size, column_strides, decoder_sizes, encoder_sizes
 from tactogram.nn.initial_weights import normal_
 
 LEAST = 0.01

@@ -4,37 +4,61 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
 from tactogram.features.photo_descriptor import check_photograph, descriptor
-from tactogram.model import Condition, Example, SignalKind, Stage, check_condition, check_state
-from tactogram.models.nearest_photo.config import Config
+from tactogram.model import (
+    Condition,
+    Example,
+    Model,
+    ModelConfig,
+    SignalKind,
+    Stage,
+    check_condition,
+    check_state,
+)
 from tactogram.signal import Image, Signal
 from tactogram.signal.concatenative import concatenated, excerpts
-from tactogram.training.one_step_learner import OneStepLearner
 from tactogram.training.seeds import child_rng
 
-if TYPE_CHECKING:
-    import torch
+
+class Config(ModelConfig):
+    """Stored photographs and recordings, and comparison of photographs. All of it is ours."""
+
+    photographs: int = Field(default=50, gt=0)
+    """Most photographs stored of each material."""
+    neighbours: int = Field(default=1, gt=0)
+    """Photographs that vote, nearest first; ties go to the nearer."""
+    seconds_per_material: float = Field(default=60.0, gt=0, allow_inf_nan=False)
+    """Most of each material's recordings that is stored, s (mm over displacement)."""
+    segment_s: float = Field(default=0.5, gt=0, allow_inf_nan=False)
+    """Length of the segments that are joined, s (mm over displacement)."""
+    overlap_s: float = Field(default=0.1, ge=0, allow_inf_nan=False)
+    """Length of the crossfades, s (mm over displacement)."""
+    search_s: float = Field(default=0.02, ge=0, allow_inf_nan=False)
+    """How far a segment may move for the smoothest join, s (mm over displacement)."""
+
 
 SHORTEST_EVALUATED_S = 0.25
 """Shorter recordings have no log-spectral distance."""
 
 
-class NearestPhotoLearner(OneStepLearner):
+class NearestPhotoLearner(Model):
     """Descriptors of photographs, and recordings of the materials they show; ``seed`` decides which are stored."""
 
-    stage = "keep"
+    config: Config
+    kind: SignalKind
+    saved = ("seconds", "described=descriptors", "shown=labels")
 
-    def __init__(self, config: Config, kind: SignalKind, *, seed: int) -> None:
-        kind.require_materials("nearest_photo")
-        self.config, self.kind, self.seed = config, kind, seed
-        self.materials = kind.materials
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.kind.require_materials("nearest_photo")
         self.recordings: dict[str, list[Signal]] = {}
         self.descriptors = np.empty((0, 0))
         self.labels: list[str] = []
@@ -97,18 +121,12 @@ class NearestPhotoLearner(OneStepLearner):
         return {name: float(np.mean(values)) for name, values in figures.items() if values}
 
     def state(self) -> dict[str, Any]:
-        return {
-            "seconds": self.seconds,
-            "described": self.descriptors,
-            "shown": list(self.labels),
-            "recordings": {name: [s.samples for s in stored] for name, stored in self.recordings.items()},
-        }
+        recordings = {name: [s.samples for s in stored] for name, stored in self.recordings.items()}
+        return super().state() | {"recordings": recordings}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         check_state(tuple(state["recordings"]) or self.materials, self.materials)
-        self.seconds = float(state["seconds"])
-        self.descriptors = np.asarray(state["described"], dtype=np.float64)
-        self.labels = [str(name) for name in state["shown"]]
+        super().load_state(state)
         self.recordings = {
             name: [self.kind.signal(samples) for samples in stored]
             for name, stored in state["recordings"].items()
@@ -140,11 +158,7 @@ class NearestPhotoLearner(OneStepLearner):
         )
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> NearestPhotoLearner:
-    """Return an empty model; it always computes on the processor."""
-    return NearestPhotoLearner(config, kind, seed=seed)
+build = NearestPhotoLearner
 
 
 def _descriptor(image: Any) -> NDArray[np.float64]:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import Field
+from pydantic import Field, PositiveInt
 
 from tactogram.training.picture_learner import Beta, PictureConfig
-
-Count = Annotated[int, Field(gt=0)]
 
 
 class Config(PictureConfig):
     """Defaults are the papers'."""
 
-    widths: tuple[Count, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
+    widths: tuple[PositiveInt, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
     """Channels after each stage of the encoder. Sec. 6.1.1, "C64-C128-C256-C512-C512-C512-C512-C512"."""
     dropout: int = Field(default=3, ge=0)
     """Stages of the decoder with dropout of 50 %. Sec. 6.1.1, "CD512-CD512-CD512-…"."""

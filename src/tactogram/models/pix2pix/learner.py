@@ -1,4 +1,4 @@
-"""Training of pix2pix as in Isola et al. 2017, Sec. 3; from a photograph to a signal."""
+"""Networks (Sec. 6.1) and training (Sec. 3) of pix2pix, Isola et al. 2017; from a photograph to a signal."""
 
 from __future__ import annotations
 
@@ -11,13 +11,28 @@ from torch import Tensor
 from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
 from tactogram.model import Condition, Example
 from tactogram.models.pix2pix.config import Config
-from tactogram.models.pix2pix.networks import discriminator, generator
 from tactogram.nn.adversarial_loss import adversarial_loss
+from tactogram.nn.initial_weights import normal_
 from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.unet import UNet
 from tactogram.signal import Signal
 from tactogram.training.picture_learner import PictureLearner
 from tactogram.training.seeds import torch_seeded
+
+
+def generator(config: Config) -> UNet:
+    """Return the U-Net: (batch, 1, 256, 256) down to (batch, 512, 1, 1) and back up; its noise is dropout."""
+    network = UNet(into=1, out=1, widths=config.widths, dropout=config.dropout)
+    network.noise = True  # Sec. 3.3: "we apply dropout at test time"
+    normal_(network, config.gain)
+    return network
+
+
+def discriminator(config: Config) -> PatchDiscriminator:
+    """Return the PatchGAN: photograph and picture, (batch, 2, 256, 256), to scores (batch, 1, 30, 30)."""
+    network = PatchDiscriminator(into=2, layers=config.layers, width=config.width, padding=1, bias=False)
+    normal_(network, config.gain)
+    return network
 
 
 class Pix2PixLearner(PictureLearner[Config]):

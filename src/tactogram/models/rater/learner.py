@@ -4,38 +4,36 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.model import Example, ImageExample, Kind, SignalKind, Stage, check_state
-from tactogram.models.rater.config import Config
+from tactogram.model import Example, ImageExample, Kind, Model, SignalKind, Stage
 from tactogram.models.rater.image_features import ImageFeatures
-from tactogram.models.rater.regression import Regression, fit_regression
+from tactogram.models.rater.regression import Config, Regression, fit_regression
 from tactogram.models.rater.signal_features import signal_features
 from tactogram.signal import Image, Signal
-from tactogram.training.one_step_learner import OneStepLearner
 from tactogram.training.seeds import child_rng
-
-if TYPE_CHECKING:
-    import torch
 
 Rateable = Example | ImageExample
 FEWEST_ITEMS = 3
 
 
-class RaterLearner(OneStepLearner):
+class RaterLearner(Model):
     """Predicted mean scores of a signal or an image; ``seed`` shuffles the items that choose the regression's form."""
 
-    def __init__(self, config: Config, kind: Kind, *, seed: int) -> None:
-        if not kind.words or kind.scale is None:
+    config: Config
+    kind: Kind
+    saved = ("words", "noise", "images")
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        if not self.kind.words or self.kind.scale is None:
             raise ParameterError("rater needs ratings in words and on a scale; got signals without ratings")
-        self.config, self.kind, self.seed = config, kind, seed
-        self.words = kind.words
-        self.low, self.high = kind.scale
-        self.images = ImageFeatures(config.trunk, config.image_size)
+        self.low, self.high = self.kind.scale
+        self.images = ImageFeatures(self.config.trunk, self.config.image_size)
         self.regression: Regression | None = None
         self.noise = np.full(len(self.words), np.nan)
         """Standard deviation between raters of one item, in points of the scale; NaN where no item has two raters."""
@@ -91,17 +89,10 @@ class RaterLearner(OneStepLearner):
         }
 
     def state(self) -> dict[str, Any]:
-        return {
-            "words": list(self.words),
-            "noise": self.noise,
-            "images": self.images.state(),
-            "regression": {} if self.regression is None else self.regression.state(),
-        }
+        return super().state() | {"regression": {} if self.regression is None else self.regression.state()}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        check_state(state["words"], self.words)
-        self.noise = np.asarray(state["noise"], np.float64)
-        self.images.load_state(state["images"])
+        super().load_state(state)
         self.regression = Regression.of_state(state["regression"]) if state["regression"] else None
 
     def predict(self, content: Signal | Image) -> Mapping[str, float]:
@@ -118,7 +109,6 @@ class RaterLearner(OneStepLearner):
 
     @property
     def feature_description(self) -> str:
-        """The features, in words."""
         if isinstance(self.kind, SignalKind):
             return "third-octave levels, spectral shape, envelope and length"
         trunk = "" if self.images.used == "none" else f", pooled features of {self.images.used}"
@@ -149,9 +139,7 @@ class RaterLearner(OneStepLearner):
         return self.images([content])
 
 
-def build(config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> RaterLearner:
-    """Return an untrained rater; it has no random weights and always computes on the processor."""
-    return RaterLearner(config, kind, seed=seed)
+build = RaterLearner
 
 
 def content_of(example: Rateable) -> Signal | Image:

@@ -3,15 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, PositiveFloat
 from sklearn.kernel_ridge import KernelRidge
 from sklearn.model_selection import GroupKFold
 
-from tactogram.models.rater.config import Config, Kernel
+from tactogram.model import ModelConfig
+
+Kernel = Literal["linear", "rbf"]
+
+
+class Config(ModelConfig):
+    """Candidate regressions, and their selection. All of it is ours: no publication describes this model."""
+
+    kernels: tuple[Kernel, ...] = Field(default=("linear", "rbf"), min_length=1)
+    """Ridge regression, linear and not. Trees were worse on VibViz (README)."""
+    penalties: tuple[PositiveFloat, ...] = Field(
+        default=(0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0), min_length=1
+    )
+    """Ridge penalties, for kernels of about 1 of an item with itself."""
+    widths: tuple[PositiveFloat, ...] = Field(default=(0.1, 0.3, 1.0), min_length=1)
+    """Of ``rbf``: factors of the mean squared difference of features."""
+    folds: int = Field(default=5, ge=2, le=50)
+    """Folds of the training items that choose kernel, width and penalty of each word."""
+    trunk: Literal["auto", "efficientnet_lite0", "none"] = "auto"
+    """For images: pooled features of a pretrained network, besides colour and texture; ``auto`` uses it if the extra
+    ``vision`` is installed. The run records which was used, and stores the network's weights."""
+    image_size: int = Field(default=128, ge=32, le=512)
+    """Pixels of the shorter side of the trunk's input; smaller images are enlarged."""
+
 
 Floats = NDArray[np.float64]
 CONSTANT_FEATURE = 1e-9
@@ -92,17 +116,7 @@ class Regression:
         return np.asarray(np.stack(columns, axis=1) + self.intercepts)
 
     def state(self) -> dict[str, Any]:
-        names = ("low", "high", "mean", "spread", "weight")
-        return {
-            "scaling": {name: getattr(self.scaling, name) for name in names},
-            "support": self.support,
-            "coefficients": self.coefficients,
-            "intercepts": self.intercepts,
-            "error": self.error,
-            "chosen": [
-                {"kernel": form.kernel, "penalty": form.penalty, "width": form.width} for form in self.chosen
-            ],
-        }
+        return asdict(self)
 
     @classmethod
     def of_state(cls, state: Mapping[str, Any]) -> Regression:

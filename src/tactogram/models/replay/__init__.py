@@ -1,4 +1,3 @@
 """A baseline: recorded segments of each material, joined by crossfades."""
 
-from tactogram.models.replay.config import Config as Config
-from tactogram.models.replay.learner import build as build
+from tactogram.models.replay.learner import Config as Config, build as build

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
@@ -14,6 +15,8 @@ from tactogram.model import (
     Condition,
     Example,
     Limit,
+    Model,
+    ModelConfig,
     SignalKind,
     Stage,
     check_condition,
@@ -21,14 +24,31 @@ from tactogram.model import (
     limits_within,
     material_weights,
 )
-from tactogram.models.replay.config import Config
 from tactogram.signal import Signal
 from tactogram.signal.concatenative import concatenated, excerpts
-from tactogram.training.one_step_learner import OneStepLearner
 from tactogram.training.seeds import child_rng
 
-if TYPE_CHECKING:
-    import torch
+
+class Config(ModelConfig):
+    """Stored part of the recordings, and joins of segments. All of it is ours: the method has no single publication."""
+
+    seconds_per_material: float = Field(default=60.0, gt=0, allow_inf_nan=False)
+    """Most of each material's recordings that is stored, s, divided evenly among them; bounds the run's size."""
+    segment_s: float = Field(default=0.5, gt=0, allow_inf_nan=False)
+    """Length of the segments that are joined, s, crossfades included; a shorter recording is one segment."""
+    overlap_s: float = Field(default=0.1, ge=0, allow_inf_nan=False)
+    """Length of the crossfades, s."""
+    search_s: float = Field(default=0.02, ge=0, allow_inf_nan=False)
+    """How far a segment may move for the smoothest join, s (Verhelst & Roelands 1993)."""
+
+    @model_validator(mode="after")
+    def _segments_outlast_crossfades(self) -> Self:
+        if self.segment_s <= 2 * self.overlap_s + self.search_s:
+            raise ValueError(
+                f"segment_s must be above 2 overlap_s + search_s, {2 * self.overlap_s + self.search_s:g} s"
+            )
+        return self
+
 
 NAMES = ("speed_mm_s", "force_n")
 SHORTEST_EVALUATED_S = 0.25
@@ -44,15 +64,15 @@ class StoredSegment:
     condition: Mapping[str, float | None]
 
 
-class ReplayLearner(OneStepLearner):
+class ReplayLearner(Model):
     """Segments of the recordings by material; ``seed`` decides which segments."""
 
-    stage = "keep"
+    config: Config
+    kind: SignalKind
 
-    def __init__(self, config: Config, kind: SignalKind, *, seed: int) -> None:
-        kind.require_materials("replay")
-        self.config, self.kind, self.seed = config, kind, seed
-        self.materials = kind.materials
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self.kind.require_materials("replay")
         self.segments: dict[str, list[StoredSegment]] = {}
         self.seconds = 0.0
 
@@ -187,11 +207,7 @@ class ReplayLearner(OneStepLearner):
         return [s for s, far in zip(members, distance, strict=True) if far <= distance.min() + 1e-12]
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> ReplayLearner:
-    """Return an empty model; it always computes on the processor."""
-    return ReplayLearner(config, kind, seed=seed)
+build = ReplayLearner
 
 
 def _number(value: Any) -> float | None:

@@ -7,14 +7,10 @@ choice, marked "ours".
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import Field
+from pydantic import Field, PositiveInt
 
 from tactogram.nn.label_predictor import PredictorConfig
 from tactogram.training.picture_learner import Beta, PictureConfig
-
-Count = Annotated[int, Field(gt=0)]
 
 
 class Config(PictureConfig):
@@ -22,7 +18,7 @@ class Config(PictureConfig):
 
     predictor: PredictorConfig = PredictorConfig()
     """The classifier whose maps are fused: Neshov et al.'s label predictor, also a DenseNet. Ours."""
-    widths: tuple[Count, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
+    widths: tuple[PositiveInt, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
     """Channels after each stage of the encoder: pix2pix's. Ours."""
     layers: int = Field(default=3, gt=0)
     """Convolutions of stride 2 in the critic. Ours."""

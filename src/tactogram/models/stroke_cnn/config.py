@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
+
+from tactogram.model import ModelConfig
 
 MOST_PASSES = 100
 """Passes over the recordings from which a shorter training is worth trying."""
@@ -12,20 +14,18 @@ SETTLED = 0.99
 """Share of the validation windows that a shorter training has to classify correctly to be kept."""
 
 
-class Config(BaseModel):
+class Config(ModelConfig):
     """Numbers with their place in the paper; "assumed" where the paper states none."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     window: int = Field(default=200, ge=8)
     """Samples per axis of one input. Sec. II-B: "200-point continuous time series"."""
-    filters: tuple[Annotated[int, Field(gt=0)], ...] = Field((64, 64, 128, 128, 256, 256), min_length=1)
+    filters: tuple[PositiveInt, ...] = Field((64, 64, 128, 128, 256, 256), min_length=1)
     """Filters per convolution, in pairs with a pooling after each pair. Sec. II-B."""
     kernel: int = Field(default=5, ge=1)
     """Filters are 1 x 5: along time only, the same for each axis. Sec. II-B."""
     pool: int = Field(default=2, ge=2)
     """Max-pooling 1 x 2. Sec. II-B."""
-    dense: tuple[Annotated[int, Field(gt=0)], Annotated[int, Field(gt=0)]] = (256, 256)
+    dense: tuple[PositiveInt, PositiveInt] = (256, 256)
     """Widths of the two fully connected layers. Assumed."""
     dropout: float = Field(default=0.5, ge=0, lt=1)
     """Between the second fully connected layer and the output (Sec. II-B); the rate is assumed."""
@@ -48,6 +48,11 @@ class Config(BaseModel):
     def hop_samples(self) -> int:
         """Samples from one window of a recording to the next."""
         return max(1, round(self.window * self.hop))
+
+    @property
+    def input_samples(self) -> int:
+        """Samples of a window."""
+        return self.window
 
     def passes(self, samples: int) -> float:
         """Return how often ``steps`` pass over training recordings of ``samples`` per axis in all."""

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
-from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Port, SignalKind, Stage
+from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Model, Port, SignalKind, Stage
 from tactogram.models.stroke_cnn.config import MOST_PASSES, SETTLED, Config
 from tactogram.models.stroke_cnn.networks import Standardised, StrokeCNN
 from tactogram.nn.bare_and_fixed import bare, for_export
@@ -27,16 +27,19 @@ DRAWN = 4
 """Windows in a batch of typical inputs."""
 
 
-class StrokeCNNLearner:
+class StrokeCNNLearner(Model):
     """The classifier of Saga et al., Sec. II."""
 
-    def __init__(
-        self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-    ) -> None:
+    config: Config
+    kind: SignalKind
+    divides_batches = embeds = True
+    saved = ("network", "mean", "scale")
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        kind = self.kind
         if len(kind.materials) < 2:
             raise ParameterError(f"a classifier needs at least 2 materials, got {len(kind.materials)}")
-        self.config, self.kind, self.materials, self.seed = config, kind, kind.materials, seed
-        self.device, self.share = torch.device(device), WHOLE_BATCH
         self.network: Any = self._untrained().to(self.device)
         self.validation: Sequence[Example] = ()
         self.short_accuracy: float | None = None
@@ -63,7 +66,8 @@ class StrokeCNNLearner:
     def setup(self, fabric: Any) -> None:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
         self.backward = fabric.backward
-        self.device, self.share = fabric.device, BatchShare.of_process(fabric)
+        self.device = fabric.device
+        super().setup(fabric)
 
     def set_validation(self, examples: Sequence[Example]) -> str:
         self.validation = examples
@@ -93,10 +97,8 @@ class StrokeCNNLearner:
                     return
                 self._forget()
             self._make_schedule(stage.steps)
-        step = start
-        while True:
+        for step in range(start, stage.steps):
             yield windows.draw(self.config.batch_size, child_rng(seed, step), self.share)
-            step += 1
 
     def _window_accuracy(self, examples: Sequence[Example]) -> float:
         """Return the share of the windows of ``examples`` that are classified correctly."""
@@ -112,7 +114,6 @@ class StrokeCNNLearner:
         self.optimiser.state.clear()
 
     def outcome(self) -> dict[str, Any]:
-        """Return how the shorter training fared, if there was one."""
         if self.short_accuracy is None:
             return {}
         kept = self.short_accuracy >= SETTLED
@@ -156,26 +157,15 @@ class StrokeCNNLearner:
         ]
         return {"recording_accuracy": float(np.mean(hits))} if hits else {}
 
-    def state(self) -> dict[str, Any]:
-        return {
-            "network": self.network.state_dict(),
-            "mean": self.mean,
-            "scale": self.scale,
-            "optimisers": {
-                "adam": self.optimiser.state_dict(),
-                "schedule": self.schedule.state_dict() if self.schedule is not None else None,
-            },
-        }
+    def optimiser_state(self) -> dict[str, Any]:
+        schedule = self.schedule.state_dict() if self.schedule is not None else None
+        return {"adam": self.optimiser.state_dict(), "schedule": schedule}
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        self.network.load_state_dict(state["network"])
-        self.mean, self.scale = state["mean"], state["scale"]
-        if optimisers := state.get("optimisers"):
-            schedule = optimisers["schedule"]
-            if schedule is not None:
-                self._make_schedule(schedule["total_steps"])  # it sets the optimiser's learning rate
-                self.schedule.load_state_dict(schedule)
-            self.optimiser.load_state_dict(optimisers["adam"])
+    def load_optimisers(self, states: Mapping[str, Any]) -> None:
+        if states["schedule"] is not None:
+            self._make_schedule(states["schedule"]["total_steps"])  # it sets the optimiser's learning rate
+            self.schedule.load_state_dict(states["schedule"])
+        self.optimiser.load_state_dict(states["adam"])
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         network = Standardised(for_export(self.network), self.mean, self.scale)
@@ -202,7 +192,6 @@ class StrokeCNNLearner:
         return pooled(self.window_probabilities(signal))
 
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
-        """Return the probability of each material for each window, float64, shape (window, material)."""
         logits = self._per_window(bare(self.network), signal)
         probabilities: NDArray[np.float64] = logits.double().softmax(1).numpy()
         return probabilities

@@ -1,15 +1,17 @@
-"""Training of the GAN of Saga et al., Sec. III; signals of any length, from labels that may be mixed."""
+"""Generator (Table III) and training of Saga et al., Sec. III; signals of any length, from labels that may be mixed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import torch
+import torch.nn.functional as F
 from numpy.typing import NDArray
-from torch import Tensor
+from torch import Tensor, nn
 
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import (
@@ -21,17 +23,43 @@ from tactogram.model import (
     material_weights,
 )
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.networks import Generator
 from tactogram.models.stroke_gan.scaling import Scaling
-from tactogram.nn import WaveDiscriminator
+from tactogram.nn import WaveDiscriminator, glorot_linear, strided_conv_transpose
 from tactogram.nn.bare_and_fixed import fixed
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
 from tactogram.training.wave_gan_learner import LabelledCrops, WaveGANLearner
 
 
+class Generator(nn.Module):
+    """Latent and label to a signal of A axes, 3 in the paper; C labels, one per class.
+
+    Each axis is convolved separately, with shared filters.
+    """
+
+    def __init__(self, config: Config, *, axes: int, labels: int) -> None:
+        super().__init__()
+        self.leak = config.leak
+        self.shape = (axes, config.points, config.channels[0])
+        self.dense = glorot_linear(config.latent + labels, axes * config.points * config.channels[0])
+        self.layers = nn.ModuleList(
+            strided_conv_transpose(coarse, fine, kernel=config.kernel, stride=config.stride)
+            for coarse, fine in pairwise((*config.channels, 1))
+        )
+
+    def forward(self, latent: Tensor, label: Tensor) -> Tensor:
+        """Return signals within -1 to 1: (batch, latent) and (batch, C) -> (batch, axis, time)."""
+        h = self.dense(torch.cat((latent, label), 1))  # B, A * 16 * 1024
+        h = h.unflatten(1, self.shape).flatten(0, 1).transpose(1, 2)  # B A, 1024, 16
+        for layer in self.layers:
+            h = layer(F.leaky_relu(h, self.leak))  # B A, C / 2, 4 T; the last B A, 1, 16384
+        return torch.tanh(h.view(latent.shape[0], self.shape[0], -1))  # B, A, 16384
+
+
 class StrokeGANLearner(WaveGANLearner[Config]):
     """Generator and discriminator of Saga et al., and the scale of the data set."""
+
+    saved = (*WaveGANLearner.saved, "domain=scaling")
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -69,10 +97,9 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         if stage.name == "fit":
             yield examples
             return
-        crops, step = self.crops(examples), start
-        while True:
+        crops = self.crops(examples)
+        for step in range(start, stage.steps):
             yield self.batch_of_step(crops, step, seed=seed, updates=self.config.critic_updates)
-            step += 1
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == "fit":
@@ -96,13 +123,6 @@ class StrokeGANLearner(WaveGANLearner[Config]):
             loss = -self.discriminator(self.make(label), label).float().mean()
         self.descend(0, loss)
         return {"generator_loss": loss}
-
-    def state(self) -> dict[str, Any]:
-        return super().state() | {"domain": self.scaling.state()}
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        super().load_state(state)
-        self.scaling.load_state(state["domain"])
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.model import Example, SignalKind
+from tactogram.model import Example, Saved, SignalKind
 from tactogram.signal import Signal
 
 Array = NDArray[np.float64]
@@ -16,12 +15,14 @@ BINS = 1 << 16
 """Resolution of a signal's range: parts of its largest deviation."""
 
 
-class Scaling:
+class Scaling(Saved):
     """One offset and one scale per axis for the whole data set.
 
     Per axis, so that a weak axis is not drowned by a strong one; the same for all materials, to keep their levels.
     The share ``within_range`` of the samples fits the range of tanh and the rest is clipped; 1 clips nothing.
     """
+
+    saved = ("offset", "scale")
 
     def __init__(self, kind: SignalKind, within_range: float = 1.0) -> None:
         self.kind, self.within_range = kind, within_range
@@ -65,10 +66,3 @@ class Scaling:
         """Return samples within -1 to 1, shape (axis, time), as a signal."""
         x = y * self.scale[:, None] + self.offset[:, None]
         return self.kind.signal(x.astype(np.float32))
-
-    def state(self) -> dict[str, Any]:
-        return {"offset": self.offset, "scale": self.scale}
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        self.offset = np.asarray(state["offset"], np.float64)
-        self.scale = np.asarray(state["scale"], np.float64)

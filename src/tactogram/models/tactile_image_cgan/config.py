@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
+
+from tactogram.model import ModelConfig
 
 Beta = Annotated[float, Field(ge=0, lt=1)]
-Count = Annotated[int, Field(gt=0)]
 
 
-class Config(BaseModel):
+class Config(ModelConfig):
     """Numbers with their place in the paper; "assumed" where it states none."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     noise: int = Field(default=100, gt=0)
     """Standard normal numbers, besides the scores. Sec. II-C, Table 2, "100 + 10"; the 10 are the ratings' words."""
-    widths: tuple[Count, ...] = Field(default=(512, 256, 128, 64), min_length=1, max_length=6)
+    widths: tuple[PositiveInt, ...] = Field(default=(512, 256, 128, 64), min_length=1, max_length=6)
     """Channels after each of the generator's hidden layers, and backwards of the discriminator's. Tables 2 and 3."""
     leak: float = Field(default=0.2, ge=0, lt=1)
     """Slope of LeakyReLU below 0. Sec. II-C, Eq. 1, a = 0.2."""

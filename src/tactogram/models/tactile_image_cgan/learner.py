@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,41 +13,24 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_spread import ImageSpread, image_spread, mean_distance
-from tactogram.model import (
-    WHOLE_BATCH,
-    BatchShare,
-    Condition,
-    ImageExample,
-    ImageKind,
-    Kind,
-    Stage,
-    check_condition,
-    check_state,
-    unit_scores,
-)
+from tactogram.model import ImageExample, ImageKind, Kind, Stage
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
-from tactogram.nn.adversarial_pair import AdversarialPair
-from tactogram.signal import Image
-from tactogram.training.labelled_images import LabelledImages, as_floats, as_pixels
-from tactogram.training.seeds import child_rng, torch_seeded
-
-EVALUATED = 64
-"""Most images whose distances measure the spread of real ones."""
-LABELS, NOISES = 12, 8
-"""Pairings that measure the spread of generated images: as many labels as the paper has plates."""
+from tactogram.nn.adversarial_networks import AdversarialPair
+from tactogram.training.labelled_images import LabelledImages, RatedImageLearner
+from tactogram.training.seeds import torch_seeded
 
 
-class TactileImageLearner:
+class TactileImageLearner(RatedImageLearner):
     """Generator and discriminator, and the mean ratings of the training images."""
+
+    config: Config
+    saved = (*RatedImageLearner.saved, "gan")
 
     def __init__(self, config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu") -> None:
         if not isinstance(kind, ImageKind):
             raise ParameterError("tactile_image_cgan learns from rated images, got signals")
-        self.config, self.kind, self.share = config, kind, WHOLE_BATCH
-        self.items: tuple[str, ...] = kind.items
-        self.means = np.full((len(kind.items), len(kind.words)), np.nan)
-        self.real_spread = 0.0
+        super().__init__(config, kind, seed=seed, device=device)
         self._cached: tuple[Any, LabelledImages] | None = None
         with torch_seeded(seed, "weights"):
             self.gan = AdversarialPair(
@@ -59,9 +42,12 @@ class TactileImageLearner:
                 device=torch.device(device),
             )
 
-    def setup(self, fabric: Any) -> None:
-        self.gan.setup(fabric)
-        self.share = BatchShare.of_process(fabric)
+    def parts(self) -> Sequence[Any]:
+        return (self.gan,)
+
+    @property
+    def noise_size(self) -> int:
+        return self.config.noise
 
     def stages(self, examples: Sequence[ImageExample]) -> tuple[Stage, ...]:
         self._images(examples)
@@ -72,13 +58,7 @@ class TactileImageLearner:
         if self._cached is None or self._cached[0] is not examples:
             images = LabelledImages.of(examples, self.kind.words, self.config.size)
             self._cached = (examples, images)
-            place = {item: number for number, item in enumerate(self.items)}
-            for example, label in zip(examples, images.labels, strict=True):
-                if example.item in place:
-                    self.means[place[example.item]] = label
-            count = len(images.pixels)
-            some = np.linspace(0, count - 1, min(count, EVALUATED)).round().astype(int)
-            self.real_spread = mean_distance(as_floats(images.pixels[some]))
+            self.real_spread = mean_distance(self.compared(examples, images))
         return self._cached[1]
 
     def batches(
@@ -135,38 +115,7 @@ class TactileImageLearner:
         """
         rated = [means for e in examples if np.isfinite(means := e.rated.means).all()]
         labels = np.stack(rated) if len(rated) > 1 else self.means[~np.isnan(self.means).any(1)]
-        rng = child_rng(0, "spread")
-        some = rng.permutation(len(labels))[:LABELS]
-        noises = rng.standard_normal((NOISES, self.config.noise)).astype(np.float32)
-        return image_spread(self.make, labels[some].astype(np.float32), noises, real=self.real_spread)
-
-    def state(self) -> dict[str, Any]:
-        return {
-            "words": list(self.kind.words),
-            "means": self.means,
-            "real_spread": self.real_spread,
-            "gan": self.gan.state(),
-            "optimisers": self.gan.optimiser_state(),
-        }
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        check_state(state["words"], self.kind.words)
-        self.means = np.asarray(state["means"], np.float64)
-        self.real_spread = float(state["real_spread"])
-        self.gan.load_state(state["gan"], state.get("optimisers"))
-
-    @property
-    def rated_means(self) -> dict[str, NDArray[np.float64]]:
-        return dict(zip(self.items, self.means, strict=True))
-
-    def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Image:
-        check_condition(condition, needs=("words",))
-        if seconds is not None:
-            raise ParameterError(f"seconds must be omitted, an image has no length; got {seconds:g}")
-        scores = unit_scores(condition["words"], self.kind)
-        noise = child_rng(seed, "noise").standard_normal((1, self.config.noise)).astype(np.float32)
-        made = self.make(noise, scores[None].astype(np.float32))
-        return Image(as_pixels(made[0]).transpose(1, 2, 0))
+        return image_spread(self.make, *self.pairings(labels), real=self.real_spread)
 
     @torch.inference_mode()
     def make(self, noise: NDArray[np.float32], scores: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -14,7 +14,7 @@ from torch import Tensor, nn
 
 from tactogram.models.tactile_image_cgan.config import Config
 from tactogram.nn.initial_weights import normal_
-from tactogram.nn.label_layers import LabelProjection
+from tactogram.nn.patch_discriminator import LabelProjection
 
 KERNEL = 4
 """Rows and columns of every kernel. Tables 2 and 3."""

@@ -1,4 +1,4 @@
 """Textures by conditional flow matching: on log-magnitude spectrograms, and on pixels."""
 
 from tactogram.models.texture_flow.config import Config as Config
-from tactogram.models.texture_flow.learner import build as build
+from tactogram.models.texture_flow.signal_learner import build as build

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from tactogram.model import ModelConfig
 
 Width = Annotated[int, Field(gt=0, multiple_of=8)]
 
 
-class Config(BaseModel):
+class Config(ModelConfig):
     """Spectrogram, network, training and solver."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     window_s: float = Field(default=0.05, ge=0.005, le=0.5)
     """Length of the spectrogram's window, s, taken as the nearest power of 2 in samples; a hop is a quarter of it."""

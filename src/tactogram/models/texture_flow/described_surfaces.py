@@ -12,7 +12,7 @@ that, too: the material is recognised, and weighs the more.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache, lru_cache
 from itertools import product
 from typing import Any
@@ -20,12 +20,15 @@ from typing import Any
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
+from scipy.special import softmax
 from scipy.stats import t as student
 
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features.photo_descriptor import check_photograph, descriptor
 from tactogram.features.text_classifier import LEAST_SIMILARITY, embedded
+from tactogram.model import Saved
 from tactogram.models.texture_flow.surfaces import Surface
 from tactogram.nn.trunks import Trunk
 from tactogram.signal import Image
@@ -52,11 +55,13 @@ LEAST = 1e-12
 """Squared distance, above 0."""
 
 Prediction = tuple[Array, dict[str, Any]]
-"""Weights of materials, float64, (material,), sum 1, and facts as of `tactogram.model.DescriptionPredictor`."""
+"""Weights of materials, float64, (material,), sum 1, and facts as of `tactogram.model.Model.prediction_facts`."""
 
 
-class DescribedSurfaces:
+class DescribedSurfaces(Saved):
     """Photographs, names and spectra of materials, and the regression from the former to the latter."""
+
+    saved = ("spectra", "photographs", "shown", "trunk")
 
     def __init__(self, materials: Sequence[str]) -> None:
         self.materials = tuple(materials)
@@ -131,17 +136,6 @@ class DescribedSurfaces:
         """Return the features of known photographs, and of one, upright and turned; descriptors by their spread."""
         spread = np.float64(1) if self.trunk else self.photographs.std(0, dtype=np.float64).clip(1e-6)
         return self.photographs / spread, _seen(image, self.trunk) / spread
-
-    def state(self) -> dict[str, Any]:
-        """Return the arrays."""
-        return {name: getattr(self, name) for name in ("spectra", "photographs", "shown", "trunk")}
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Continue from `state`."""
-        self.trunk = bool(state["trunk"])
-        self.spectra, self.photographs, self.shown = (
-            np.asarray(state[name]) for name in ("spectra", "photographs", "shown")
-        )
 
 
 def _regression(inputs: Sequence[Array], spectra: Array) -> tuple[Array, dict[str, Any]]:
@@ -228,3 +222,37 @@ def _trunk() -> Trunk:
     trunk = Trunk("efficientnet_lite0")
     trunk.load()
     return trunk
+
+
+WIDTH = 0.5
+"""Of the kernel, as a share of the median distance of rated surfaces from their nearest neighbour in words."""
+
+
+def word_weights(rated: NDArray[np.float64], scores: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a weight of each rated surface, float64, shape (surface,), by its distance in words; they sum to 1.
+
+    The weights are those of kernel regression (Nadaraya 1964; Watson 1964) with a Gaussian: narrow, as surfaces of like
+    scores can be unlike each other, and a mix of them like none.
+
+    Parameters
+    ----------
+    rated : float64 array, shape (surface, word)
+        Mean scores, 0 to 1; NaN where nobody gave any. Surfaces that lack one of the words asked weigh nothing.
+    scores : float64 array, shape (word,)
+        Those asked, 0 to 1; NaN if any will do.
+
+    Raises
+    ------
+    ParameterError
+        If no score is asked, or no surface was rated in all the words.
+    """
+    asked = np.isfinite(scores)
+    whole = np.isfinite(rated[:, asked]).all(1)
+    if not asked.any() or not whole.any():
+        raise ParameterError("words must be at least one that a surface was rated in, got none")
+    known = rated[np.ix_(whole, asked)]
+    nearest = np.median(KDTree(known).query(known, k=2)[0][:, 1])
+    width = max(WIDTH * float(nearest), np.finfo(float).eps)
+    weights = np.zeros(len(rated))
+    weights[whole] = softmax(-np.sum((known - scores[asked]) ** 2, axis=1) / (2 * width**2))
+    return weights

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from functools import cached_property
 from typing import Any
@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch import Tensor, nn
 
-from tactogram.model import Stage
+from tactogram.model import Model, Stage
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow import Velocity, flow_loss, solve, straightening_loss
 from tactogram.nn import MovingAverage
@@ -46,6 +46,12 @@ class FlowModel:
         self.network, self.optimiser = fabric.setup(self.network, self.optimiser)
         self.backward, self.device = fabric.backward, fabric.device
         self.average.network.to(self.device)
+
+    def optimiser_state(self) -> Any:
+        return self.optimiser.state_dict()
+
+    def load_optimisers(self, state: Any) -> None:
+        self.optimiser.load_state_dict(state)
 
     @property
     def stages(self) -> tuple[Stage, ...]:
@@ -131,6 +137,23 @@ class FlowModel:
         if "teacher" in state:
             self.teacher = deepcopy(self.average.network)
             self.teacher.load_state_dict(state["teacher"])
+
+
+class FlowLearner(Model):
+    """Parts and state of a learner whose network is that of a `FlowModel`."""
+
+    flow: FlowModel
+    divides_batches = True
+
+    def parts(self) -> Sequence[FlowModel]:
+        return (self.flow,)
+
+    def state(self) -> dict[str, Any]:
+        return super().state() | self.flow.state()
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        super().load_state(state)
+        self.flow.load_state(state)
 
 
 def guided(network: nn.Module, label: Tensor, strength: float) -> Velocity:

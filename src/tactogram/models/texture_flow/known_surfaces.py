@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, contactor_number, material_weights, unit_scores
-from tactogram.models.texture_flow.described_surfaces import DescribedSurfaces, Prediction
-from tactogram.models.texture_flow.rated_words import word_weights
+from tactogram.models.texture_flow.described_surfaces import DescribedSurfaces, Prediction, word_weights
 from tactogram.models.texture_flow.surface_prediction import Strokes, SurfacePredictor
 from tactogram.models.texture_flow.surfaces import LEAST_DEVIATION, Surface, SurfaceSpectra
 from tactogram.models.texture_flow.tonal_surfaces import StrokeTones, TonalSurface, split_signals
@@ -256,7 +255,7 @@ class KnownSurfaces:
         """Return the arrays."""
         return {
             "surfaces": [surface._asdict() for surface in self.surfaces],
-            "strokes": None if self.strokes is None else self.strokes.state(),
+            "strokes": None if self.strokes is None else self.strokes._asdict(),
             "tones": [[tones.state() for tones in patterns] for patterns in self.tones],
             "local": self.local,
             "rated": self.rated,
@@ -268,7 +267,7 @@ class KnownSurfaces:
         """Continue from `state`."""
         self.surfaces = [Surface(**stored) for stored in state["surfaces"]]
         stored = state.get("strokes")
-        self.strokes = Strokes.from_state(stored) if stored else None
+        self.strokes = Strokes(**stored) if stored else None
         self.tones = [
             [StrokeTones.from_state(each) for each in patterns] for patterns in state.get("tones", [])
         ]

@@ -14,7 +14,7 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Limit, SignalKind, check_condition, limits_within, word_limits
 from tactogram.models.texture_flow.config import Config
-from tactogram.models.texture_flow.flow_model import FlowModel
+from tactogram.models.texture_flow.flow_model import FlowLearner, FlowModel
 from tactogram.models.texture_flow.known_surfaces import DESCRIPTIONS, OF_THE_VIBRATION, KnownSurfaces
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surface_prediction import SurfacePredictor
@@ -39,14 +39,16 @@ LEAST_RMS = 1e-12
 """Of a vibration in another unit."""
 
 
-class SignalFlow:
+class SignalFlow(FlowLearner):
     """Whitened spectra, the flow that generates them, and the surfaces whose spectra they are."""
+
+    config: Config
+    kind: SignalKind
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
     ) -> None:
-        self.config, self.kind, self.seed, self.materials = config, kind, seed, kind.materials
-        self.device = torch.device(device)
+        super().__init__(config, kind, seed=seed, device=device)
         self.spectra = SurfaceSpectra(config, kind.rate, kind.domain)
         self.codes = torch.zeros(2, self.spectra.code_size(len(kind.axes)))
         """Mean and standard deviation of the codes of recordings."""
@@ -58,7 +60,7 @@ class SignalFlow:
         self.label_size = self.codes.shape[1] + 2 + 4 * len(conditions)
         with torch_seeded(seed, "weights"):
             network = VelocityUNet(config, channels=len(kind.axes), labels=self.label_size)
-        self.flow = FlowModel(network, config, device=self.device)
+        self.flow = FlowModel(network, config, device=torch.device(device))
         predictor = None
         if config.prediction:
             predictor = SurfacePredictor(

@@ -14,17 +14,10 @@ from torch import Tensor
 from tactogram.errors import ParameterError
 from tactogram.features.photo_novelty import distinct_photographs
 from tactogram.features.signal_crops import SignalCrops
-from tactogram.model import (
-    WHOLE_BATCH,
-    BatchShare,
-    Condition,
-    Example,
-    SignalKind,
-    Stage,
-    check_state,
-)
+from tactogram.model import WHOLE_BATCH, BatchShare, Condition, Example, ImageKind, Kind, Stage
 from tactogram.models import shipped_run
 from tactogram.models.texture_flow.config import Config
+from tactogram.models.texture_flow.image_learner import ImageFlowLearner
 from tactogram.models.texture_flow.modulation import modulated
 from tactogram.models.texture_flow.signal_flow import SignalFlow, rms
 from tactogram.models.texture_flow.surface_prediction import Reference, Strokes, SurfacePredictor
@@ -44,16 +37,7 @@ UNSEEN_CROPS = 64
 class SignalFlowLearner(SignalFlow):
     """Training of a `SignalFlow`."""
 
-    def __init__(
-        self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-    ) -> None:
-        super().__init__(config, kind, seed=seed, device=device)
-        self.share = WHOLE_BATCH
-
-    def setup(self, fabric: Any) -> None:
-        self.flow.setup(fabric)
-        self.device = fabric.device
-        self.share = BatchShare.of_process(fabric)
+    saved = ("materials", "seconds", "rms", "codes", "conditions=labels")
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         self.kind.require_materials("texture_flow")
@@ -68,14 +52,9 @@ class SignalFlowLearner(SignalFlow):
             return
         examples = modulated(self._without_tones(examples), self.config.modulated, seed=self.seed)
         measured = self._measured(examples)
-        step = start
-        crops = self._crops(examples)
-        while True:
-            yield (
-                step,
-                *self._batch(crops, measured, step, self.config.batch_size, seed=seed, share=self.share),
-            )
-            step += 1
+        crops, size = self._crops(examples), self.config.batch_size
+        for step in range(start, stage.steps):
+            yield step, *self._batch(crops, measured, step, size, seed=seed, share=self.share)
 
     def _crops(self, examples: Sequence[Example]) -> SignalCrops:
         length = self.spectra.samples(self.config.frames)
@@ -223,17 +202,7 @@ class SignalFlowLearner(SignalFlow):
         return {"loss_unseen": self.flow.loss(spectra, label)}
 
     def state(self) -> dict[str, Any]:
-        return {
-            "materials": list(self.materials),
-            "seconds": self.seconds,
-            "rms": self.rms,
-            "lowest": self.spectra.lowest,
-            "codes": self.codes,
-            **self.known.state(),
-            "conditions": self.labels.state(),
-            **self.flow.state(),
-            "optimiser": self.flow.optimiser.state_dict(),
-        }
+        return {**super().state(), **self.known.state(), "lowest": self.spectra.lowest}
 
     def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
         """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
@@ -242,18 +211,21 @@ class SignalFlowLearner(SignalFlow):
         split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
         noise = [example for _, rest in split for example in rest]
         others: dict[str, Any] = {"surfaces": []}
-        others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials).state()}
+        others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials)._asdict()}
         others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
         others |= {"local": [self.known.local_of([e.signal for e in rest]) for _, rest in split]}
         return {name: value for name, value in self.state().items() if name in names} | others
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        check_state(state["materials"], self.materials)
-        self.seconds, self.rms = float(state["seconds"]), float(state["rms"])
+        super().load_state(state)
         self.spectra.lowest = float(state["lowest"])
-        self.codes = state["codes"]
         self.known.load_state(state)
-        self.labels.load_state(state["conditions"])
-        self.flow.load_state(state)
-        if saved := state.get("optimiser"):
-            self.flow.optimiser.load_state_dict(saved)
+
+
+def build(
+    config: Config, kind: Kind, *, seed: int, device: str | torch.device = "cpu"
+) -> SignalFlowLearner | ImageFlowLearner:
+    """Return an untrained model for signals or images of ``kind``."""
+    if isinstance(kind, ImageKind):
+        return ImageFlowLearner(config, kind, seed=seed, device=device)
+    return SignalFlowLearner(config, kind, seed=seed, device=device)

@@ -9,8 +9,8 @@ known, as if both were Gaussian.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import torch
 import torch.nn.functional as F
@@ -75,7 +75,7 @@ def empty_numbers(surface: Surface, bands: Sequence[slice]) -> Tensor:
     ))  # fmt: skip
 
 
-class Strokes:
+class Strokes(NamedTuple):
     """Strokes of several materials, one material after the other.
 
     Attributes
@@ -90,8 +90,10 @@ class Strokes:
         Strokes of each material.
     """
 
-    def __init__(self, vectors: Tensor, at: Tensor, words: Tensor, counts: Tensor) -> None:
-        self.vectors, self.at, self.words, self.counts = vectors, at, words, counts
+    vectors: Tensor
+    at: Tensor
+    words: Tensor
+    counts: Tensor
 
     @staticmethod
     def of(materials: Sequence[Sequence[Reference]], predictor: SurfacePredictor) -> Strokes:
@@ -119,15 +121,6 @@ class Strokes:
         ]
         one, other = torch.cat(found).T
         return one[one != other], other[one != other]
-
-    def state(self) -> dict[str, Any]:
-        """Return the arrays."""
-        return {name: getattr(self, name) for name in ("vectors", "at", "words", "counts")}
-
-    @staticmethod
-    def from_state(state: Mapping[str, Any]) -> Strokes:
-        """Return strokes from `state`."""
-        return Strokes(**state)
 
 
 class SurfacePredictor(nn.Module):

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
 
-from tactogram.training.wave_gan_learner import Count, WaveGANConfig
+from tactogram.training.wave_gan_learner import WaveGANConfig
 
 
 class Config(WaveGANConfig):
     """Networks of WaveGAN's layout, small enough to train in minutes on two cores."""
 
-    channels: tuple[Count, ...] = Field(default=(64, 32, 16, 16), min_length=1)
+    channels: tuple[PositiveInt, ...] = Field(default=(64, 32, 16, 16), min_length=1)
     """Channels after the dense layer and before each transposed convolution; backwards, those of the discriminator."""
     noise_bands: int = Field(default=4, ge=1, le=8)
     """Octaves of noise whose gains over time the generator sets, besides a waveform, as in DDSP (Engel et al. 2020)."""

@@ -23,7 +23,6 @@ from tactogram.model import (
     limits_within,
     material_weights,
 )
-from tactogram.models.texture_gan.band_matching import match_bands
 from tactogram.models.texture_gan.config import Config
 from tactogram.models.texture_gan.networks import Generator, split_bands
 from tactogram.models.texture_gan.texture_statistics import energy_distance, spread_within, statistics
@@ -34,19 +33,24 @@ from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
 from tactogram.signal.band_levels import BandLevels
-from tactogram.training.seeds import child_generator, child_rng
+from tactogram.training.seeds import child_generator, child_rng, child_seed
 from tactogram.training.wave_gan_learner import NO_LATENTS, LabelledCrops, WaveGANLearner
 
 MEASURED = 512
 """Crops that the spread of the texture statistics is measured on."""
-MATCHED_LENGTHS = 4
-"""Most of each recording, in lengths of the networks, that the bands are matched to."""
+MATCHED, MATCHED_LENGTHS = 16, 4
+"""Most recordings of a material, and most of each, in lengths of the networks, that the bands are matched to."""
 FIRST_HEARD = 1
 """The piece that a signal begins with: the filters settle on the one before."""
 
 
 class TextureGANLearner(WaveGANLearner[Config]):
     """Filters of each material, a generator and a critic of whitened signals, and levels of bands."""
+
+    saved = (
+        *WaveGANLearner.saved,
+        *("whitening", "conditions=labels", "spread", "bands=band_levels", "average"),
+    )
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -84,10 +88,9 @@ class TextureGANLearner(WaveGANLearner[Config]):
         if stage.name != "train":
             yield examples
             return
-        crops, step = self.crops(examples), start
-        while True:
+        crops = self.crops(examples)
+        for step in range(start, stage.steps):
             yield step, *self.batch_of_step(crops, step, seed=seed)
-            step += 1
 
     def crops(self, examples: Sequence[Example]) -> SignalCrops:
         return SignalCrops(
@@ -157,33 +160,24 @@ class TextureGANLearner(WaveGANLearner[Config]):
 
     def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
         """Measure the bands of recordings, and of signals generated for their conditions."""
-
-        def generated(place: int, condition: Condition, length: int, seed: int) -> NDArray[np.float32]:
-            weights = np.eye(len(self.materials))[place]
-            return self._signal(self.labels.label(weights, condition), weights, length, seed=seed).samples
-
-        longest = MATCHED_LENGTHS * self.config.length
-        match_bands(levels, examples, self.materials, longest=longest, generate=generated)
+        members = ([e for e in examples if e.material == name] for name in self.materials)
+        levels.measure(self._to_match(levels, place, some) for place, some in enumerate(members))
         return {"band_correction_db": levels.correction_db()}
 
-    def state(self) -> dict[str, Any]:
-        return super().state() | {
-            "whitening": self.whitening.state(),
-            "conditions": self.labels.state(),
-            "spread": self.spread,
-            "bands": self.band_levels.state() if self.band_levels else None,
-            "average": self.average.state() if self.average else None,
-        }
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        super().load_state(state)
-        self.whitening.load_state(state["whitening"])
-        self.labels.load_state(state["conditions"])
-        self.spread = state["spread"]
-        if self.band_levels:
-            self.band_levels.load_state(state["bands"])
-        if self.average:
-            self.average.load_state(state["average"])
+    def _to_match(
+        self, levels: BandLevels, place: int, examples: Sequence[Example]
+    ) -> tuple[list[NDArray[np.floating]], list[NDArray[np.floating]]]:
+        """Return recordings of a material and a generated signal for each, all longer than the filters."""
+        weights = np.eye(len(self.materials))[place]
+        examples = [e for e in examples if len(e.signal) > 2 * levels.reach] or examples
+        recorded, made = list[NDArray[np.floating]](), list[NDArray[np.floating]]()
+        for number, example in enumerate(examples[:: -(-len(examples) // MATCHED)]):
+            x = example.signal.samples[:, : MATCHED_LENGTHS * self.config.length]
+            length = max(x.shape[1], 2 * levels.reach + 1)
+            recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
+            label, seed = self.labels.label(weights, example.condition), child_seed(0, "match", place, number)
+            made.append(self._signal(label, weights, length, seed=seed).samples)
+        return recorded, made
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.

@@ -3,23 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import Field
 
-from tactogram.model import SignalKind
-from tactogram.models.texture_var.config import Config
+from tactogram.model import ModelConfig
 from tactogram.signal import Signal
 from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, ModulatedNoise, mix
-from tactogram.signal.modulated_noise_fit import fit_modulated_noise, log_likelihood
+from tactogram.signal.modulated_noise_fit import LAGS, fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
 from tactogram.signal.tones import ARRAYS as TONE_ARRAYS, Tones
 from tactogram.training.texture_learner import TextureLearner
 
-if TYPE_CHECKING:
-    import torch
+
+class Config(ModelConfig):
+    """Fit of the models."""
+
+    lags: int = Field(default=LAGS, ge=1, le=50)
+    """Order of the vector autoregression, frames of 10 ms."""
+    by_condition: bool = True
+    """One model per speed and force if all recordings of a material have them."""
+
 
 TONE = "tone_"
 """Prefix of the arrays of tones in a checkpoint."""
@@ -29,10 +35,7 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
     """One `ModulatedNoise` per material, speed and force."""
 
     name = "texture_var"
-
-    def __init__(self, config: Config, kind: SignalKind) -> None:
-        super().__init__(kind)
-        self.config, self.by_condition = config, config.by_condition
+    config: Config
 
     def map_of(self, conditions: NDArray[np.float64], models: tuple[ModulatedNoise, ...]) -> NoiseMap:
         return NoiseMap(models, conditions)
@@ -68,8 +71,4 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
         )
 
 
-def build(
-    config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
-) -> ModulatedNoiseLearner:
-    """Return an untrained model; it has no random weights and always computes on the processor."""
-    return ModulatedNoiseLearner(config, kind)
+build = ModulatedNoiseLearner

@@ -8,8 +8,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from tactogram.models.ultrasonic_cgan.pair import TrainedCluster
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
-from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 
 
 def figures_of(

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
+
+from tactogram.model import ModelConfig
 
 Beta = Annotated[float, Field(ge=0, lt=1)]
-Count = Annotated[int, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 GROUPS = {1: "A", 2: "B", 3: "C", 4: "D", 12: "E"}
 """The paper's name of a classification by its number of clusters. Sec. IV-B."""
 
 
-class Config(BaseModel):
+class Config(ModelConfig):
     """Defaults are the paper's, for group D."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     clusters: int = Field(default=4, gt=0)
     """Clusters of the surfaces, each with its networks: 1, 2, 3, 4 or 12 in groups A to E. Sec. IV-B."""
@@ -45,13 +44,13 @@ class Config(BaseModel):
     Assumed: the paper does not state its scaling. Hatori et al. 2025, Sec. II-C, weight images like this."""
 
     # -- networks, Tables 2 and 3
-    generator_widths: tuple[Count, ...] = Field(default=(1024, 512, 256, 128), min_length=1)
+    generator_widths: tuple[PositiveInt, ...] = Field(default=(1024, 512, 256, 128), min_length=1)
     """Table 2."""
-    dropout_after: tuple[Count, ...] = (2, 4)
+    dropout_after: tuple[PositiveInt, ...] = (2, 4)
     """Hidden layers, from 1, with dropout after their batch normalisation. Table 2."""
     dropout: float = Field(default=0.5, ge=0, lt=1)
     """Sec. IV-A."""
-    discriminator_widths: tuple[Count, ...] = Field(default=(64, 32), min_length=1)
+    discriminator_widths: tuple[PositiveInt, ...] = Field(default=(64, 32), min_length=1)
     """Table 3."""
     discriminator: Literal["concatenated", "projection"] = "concatenated"
     """Words at the discriminator's input (Table 3), or only in an inner product with its last hidden layer. Ours, after

@@ -14,9 +14,9 @@ from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.model import Condition, SignalKind, check_condition, unit_scores
 from tactogram.models.ultrasonic_cgan.cluster_evaluation import clamped, distance
 from tactogram.models.ultrasonic_cgan.config import Config
+from tactogram.models.ultrasonic_cgan.pair import TrainedCluster
 from tactogram.models.ultrasonic_cgan.spectra import WINDOW_S, sensor_spectra
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable, nearest
-from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import crest_factor, low_crest_phases, periodic_signal, random_phases
 from tactogram.training.seeds import child_rng

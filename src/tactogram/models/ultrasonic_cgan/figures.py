@@ -10,8 +10,8 @@ from scipy.cluster.hierarchy import dendrogram
 
 from tactogram.evaluation.checkpoint_selection import SelectionRule, smoothed
 from tactogram.models.ultrasonic_cgan.cluster_evaluation import distance
+from tactogram.models.ultrasonic_cgan.pair import TrainedCluster
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
-from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.signal.figure import AXIS_COLOURS
 from tactogram.statistics.figures import BLUE, GRAY, INK, ORANGE
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, Example, SignalKind, Stage, check_state
+from tactogram.model import Condition, Example, Model, SignalKind, Stage, check_state
 from tactogram.models.ultrasonic_cgan.cluster_evaluation import figures_of
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.drive import GeneratedSpectrum, loop, make
 from tactogram.models.ultrasonic_cgan.figures import clusters_figure, selection_figure, spectra_figure
-from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks
+from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks, TrainedCluster
 from tactogram.models.ultrasonic_cgan.spectra import (
     SideSpectra,
     display_side,
@@ -28,7 +28,6 @@ from tactogram.models.ultrasonic_cgan.spectra import (
     surfaces_of,
 )
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
-from tactogram.models.ultrasonic_cgan.trained import TrainedCluster
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_rng
 
@@ -36,8 +35,11 @@ FIT = "fit"
 Places = NDArray[np.int64]
 
 
-class UltrasonicCGANLearner:
+class UltrasonicCGANLearner(Model):
     """CGANs of Sec. IV, one per cluster of the surfaces; ``kind`` is of display signals, surfaces are its materials."""
+
+    config: Config
+    kind: SignalKind
 
     def __init__(
         self, config: Config, kind: SignalKind, *, seed: int, device: str | torch.device = "cpu"
@@ -48,15 +50,15 @@ class UltrasonicCGANLearner:
             raise ParameterError(
                 f"clusters must be at most the {len(kind.materials)} surfaces, got {config.clusters}"
             )
-        self.config, self.kind = config, kind
+        super().__init__(config, kind, seed=seed, device=device)
         self.pair = ClusterNetworks(config, words=len(kind.words), seed=seed, device=torch.device(device))
         self.surfaces: SurfaceTable | None = None
         self.trained: list[TrainedCluster] = []
         """Results of the finished clusters."""
         self._data: TrainingSpectra | None = None
 
-    def setup(self, fabric: Any) -> None:
-        self.pair.setup(fabric)
+    def parts(self) -> Sequence[Any]:
+        return (self.pair,)
 
     def stages(self, examples: Sequence[Example]) -> tuple[Stage, ...]:
         if not signals_of(examples):

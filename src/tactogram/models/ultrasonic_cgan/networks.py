@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.nn.label_layers import LabelProjection
+from tactogram.nn.patch_discriminator import LabelProjection
 
 
 class Generator(nn.Module):

@@ -12,14 +12,12 @@ Tables 1 and 2 agree with their totals, 54,418,049 and 8,296,515. Apparent error
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, PositiveInt, model_validator
 
 from tactogram.nn.label_predictor import PredictorConfig
 from tactogram.training.picture_learner import PictureConfig
-
-Count = Annotated[int, Field(gt=0)]
 
 
 class Config(PictureConfig):
@@ -28,7 +26,7 @@ class Config(PictureConfig):
     predictor: PredictorConfig = PredictorConfig()
     """The label predictor. Sec. 3.1 and 3.2."""
 
-    widths: tuple[Count, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
+    widths: tuple[PositiveInt, ...] = Field(default=(64, 128, 256, 512, 512, 512, 512, 512), min_length=2)
     """Channels after each stage of the encoder. Table 1."""
     conditional: bool = True
     """Conditional batch norm at the bottleneck. Sec. 3.1; without it, as in pix2pix, no label predictor is trained

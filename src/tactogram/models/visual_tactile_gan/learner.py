@@ -39,6 +39,7 @@ class VisualTactileLearner(PictureLearner[Config]):
     """Photograph to spectrogram picture, conditioned on the predicted material of the surface."""
 
     variation = VARIATION
+    saved = (*PictureLearner.saved, "bands")
     choice = staticmethod(picture_choice)
 
     def __init__(
@@ -137,13 +138,8 @@ class VisualTactileLearner(PictureLearner[Config]):
             made.append(self._unmatched(condition, seconds, seed=seed).samples)
         return [e.signal.samples for e in some], made
 
-    def state(self) -> dict[str, Any]:
-        return super().state() | {"bands": self.bands.state() if self.bands else None}
-
     def load_state(self, state: Mapping[str, Any]) -> None:
         super().load_state(state)
-        if self.bands:
-            self.bands.load_state(state["bands"])
         self.labels = {}
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:

@@ -22,7 +22,6 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
-from tactogram.model import Classifier
 from tactogram.recipe import run_id
 from tactogram.workflows.evaluation.crossval_setup import CrossvalSetup, write_results
 from tactogram.workflows.progress import ProgressCallback, silent
@@ -145,8 +144,6 @@ def _fold_value(fold: _Fold, progress: ProgressCallback = silent) -> dict[str, A
     examples.prepare_all(progress=partial(progress, f"prepare {fold.number}/{fold.total}"))
     kind = signal_kind(examples, simulated=store.simulated)
     learner = setup.learner(kind, seed=recipe.seed)
-    if not isinstance(learner, Classifier):
-        raise ParameterError(f"{setup.facts.name} is not a classifier: crossval needs one")
     task = f"{fold.name} " if fold.total > 1 else ""
     run_training(learner, examples, recipe, task=task, progress=progress)
     result = evaluate_classifier(learner, cut(parts.test))

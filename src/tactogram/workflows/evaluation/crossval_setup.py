@@ -8,14 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel
-
 from tactogram import models
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.datasets.examples import cores
 from tactogram.errors import ParameterError
 from tactogram.evaluation.report import save_figure
-from tactogram.model import Kind, Learner
+from tactogram.model import Kind, Model, ModelConfig
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
@@ -37,7 +35,7 @@ class CrossvalSetup:
     store: Store
     facts: models.ModelInfo
     recipe: Recipe
-    config: BaseModel
+    config: ModelConfig
     index: Sequence[RecordingInfo]
 
     @classmethod
@@ -88,7 +86,7 @@ class CrossvalSetup:
             progress=silent,
         )
 
-    def learner(self, kind: Kind, *, seed: int) -> Learner:
+    def learner(self, kind: Kind, *, seed: int) -> Model:
         """Return an untrained model of a kind of examples on its device."""
         learner = self.facts.build(self.config, kind, seed=seed)
         learner.setup(make_fabric(self.recipe.training, accelerator=self.request.accelerator))

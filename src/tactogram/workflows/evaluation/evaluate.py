@@ -23,7 +23,7 @@ from tactogram.errors import LeakError, ParameterError, RunError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
-from tactogram.model import Example, PictureGenerator, PublishedEvaluator
+from tactogram.model import Example, Model
 from tactogram.signal.io.writable import check_writable
 from tactogram.validation import validated
 from tactogram.workflows.evaluation.generator import evaluate_generator
@@ -103,7 +103,7 @@ def evaluate_run(request: EvaluationRequest) -> tuple[dict[str, Any], list[Repor
         return evaluate_rated_surfaces(loaded, rater=request.rater)
     if generates_images(loaded):
         return evaluate_images(loaded, rater=request.rater)
-    if request.data is None and not request.unknown and (protocol := _splits_within(loaded)):
+    if request.data is None and not request.unknown and (protocol := loaded.model.window_protocol):
         return _evaluated_within(loaded, protocol, request.progress)
     return _evaluated_on_recordings(loaded, request, settings)
 
@@ -158,10 +158,9 @@ def _evaluated_on_recordings(
         if request.data is None and generates_pictures(loaded):
             results["pictures"], more = evaluate_run_pictures(loaded, progress=request.progress)
             sections += more
-        if isinstance(loaded.model, PublishedEvaluator):
-            found, more = _as_published(loaded.model, known)
-            results |= found
-            sections += more
+        found, more = _as_published(loaded.model, known)
+        results |= found
+        sections += more
     else:
         results, sections = _evaluated_classifier(loaded, known, others, request.progress)
     return figures | results, sections + _training_section(loaded)
@@ -176,13 +175,6 @@ def _finite(value: Any) -> Any:
     return [_finite(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
-def _splits_within(loaded: LoadedRun) -> str:
-    """Return the protocol by which a run tests on parts of its training recordings; empty if it has none."""
-    if isinstance(loaded.model, PictureGenerator):
-        return str(loaded.model.translation.crop_protocol)
-    return loaded.model.window_protocol if isinstance(loaded.model, PublishedEvaluator) else ""
-
-
 def _evaluated_within(
     loaded: LoadedRun, protocol: str, progress: ProgressCallback
 ) -> tuple[dict[str, Any], list[ReportSection]]:
@@ -194,11 +186,8 @@ def _evaluated_within(
     sections: list[ReportSection] = []
     if generates_pictures(loaded):
         figures["pictures"], sections = evaluate_run_pictures(loaded, progress=progress)
-    if isinstance(loaded.model, PublishedEvaluator):
-        found, more = _as_published(loaded.model, _trained_on(loaded))
-        figures |= found
-        sections += more
-    return figures, sections + _training_section(loaded)
+    found, more = _as_published(loaded.model, _trained_on(loaded))
+    return figures | found, sections + more + _training_section(loaded)
 
 
 def _training_section(loaded: LoadedRun) -> list[ReportSection]:
@@ -208,10 +197,8 @@ def _training_section(loaded: LoadedRun) -> list[ReportSection]:
     return [ReportSection("Training", [ReportFigure(losses_figure(metrics), "Loss over steps.")])]
 
 
-def _as_published(
-    model: PublishedEvaluator, examples: Sequence[Example]
-) -> tuple[dict[str, Any], list[ReportSection]]:
-    """Return ``as_published`` and its section, or the reason why these recordings do not allow it."""
+def _as_published(model: Model, examples: Sequence[Example]) -> tuple[dict[str, Any], list[ReportSection]]:
+    """Return ``as_published`` and its section, if there are such figures; or why these recordings do not allow it."""
     try:
         found = model.evaluate_as_published(examples)
     except ParameterError as error:
@@ -219,7 +206,7 @@ def _as_published(
         return {"as_published": None, "as_published_missing": why}, [
             ReportSection("As published", [ReportText(why)])
         ]
-    return {"as_published": found}, [_published_section(found)]
+    return ({"as_published": found}, [_published_section(found)]) if found else ({}, [])
 
 
 def _published_section(found: dict[str, Any]) -> ReportSection:

@@ -18,7 +18,7 @@ from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.report import generation_sections
 from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.report import ReportSection
-from tactogram.model import Example, Generator, PhotographClassifier, SignalKind
+from tactogram.model import Example, Model, SignalKind
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 from tactogram.training.seeds import child_seed
@@ -58,7 +58,7 @@ def evaluate_generator(
     Raises `ParameterError` if the generator does not know these materials.
     """
     settings = settings or EvaluationSettings()
-    if loaded.facts.gives != "signal" or not isinstance(loaded.model, Generator):
+    if (loaded.facts.task, loaded.facts.gives) != ("generation", "signal"):
         raise ParameterError(f"{loaded.facts.name} generates no signals to evaluate")
     notes: list[str] = []
     known, held_back = _apart(loaded, known, notes)
@@ -163,7 +163,7 @@ class _ConditionedGenerator:
     facts: models.ModelInfo
     generator: Any
     kind: SignalKind
-    nearest: PhotographClassifier | None
+    nearest: Model | None
     strokes: Mapping[str, Example]
     """One recording of each material, for a generator that needs it."""
     rate: float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -12,7 +13,7 @@ from torch import Tensor
 from tactogram.datasets import Examples, part_examples
 from tactogram.errors import ParameterError
 from tactogram.features.photo_pairs import WeakPairs
-from tactogram.model import PictureGenerator
+from tactogram.training.picture_learner import PictureLearner
 from tactogram.training.seeds import torch_seeded
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, test_part
@@ -42,12 +43,12 @@ class PicturePairs:
 
 def generates_pictures(loaded: LoadedRun) -> bool:
     """Return whether a run generates spectrogram pictures from photographs."""
-    return isinstance(loaded.model, PictureGenerator)
+    return isinstance(loaded.model, PictureLearner)
 
 
-def picture_generator(loaded: LoadedRun) -> PictureGenerator:
+def picture_generator(loaded: LoadedRun) -> PictureLearner[Any]:
     """Return the model of a run that generates spectrogram pictures; refuse others."""
-    if not isinstance(loaded.model, PictureGenerator):
+    if not isinstance(loaded.model, PictureLearner):
         raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
     return loaded.model
 

@@ -15,7 +15,7 @@ from tactogram.evaluation.pictures.distances import MEASURES
 from tactogram.evaluation.pictures.figures import PictureCase, failures_figure, pictures_figure
 from tactogram.evaluation.pictures.inversion import InversionLoss
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, save_figure
-from tactogram.model import PictureGenerator
+from tactogram.training.picture_learner import PictureLearner
 from tactogram.workflows.evaluation.picture_pairs import (
     MOST_PAIRS,
     PicturePairs,
@@ -159,6 +159,6 @@ def _cases(loaded: LoadedRun, pairs: PicturePairs) -> Any:
     return case
 
 
-def _attention(model: PictureGenerator, photo: Tensor) -> Tensor:
+def _attention(model: PictureLearner[Any], photo: Tensor) -> Tensor:
     """Return Grad-CAM of photographs, shape (photograph, row, column)."""
     return attention_maps(model.gan.bare_generator.eval(), photo, *model.conditioning(photo))

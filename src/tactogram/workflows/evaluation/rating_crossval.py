@@ -18,7 +18,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
-from tactogram.model import Example, ImageExample, ItemRatings, Kind, Predictor, feature_description
+from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
 from tactogram.recipe import run_id
 from tactogram.workflows.evaluation.crossval_setup import CrossvalSetup, write_results
 from tactogram.workflows.request import takes
@@ -183,8 +183,6 @@ def _part_value(numbered: tuple[int, Part], *, data: _RatedData) -> dict[str, An
     learner = setup.learner(data.kind, seed=setup.recipe.seed + repeat)
     learner.stages(examples)
     run_training(learner, examples, setup.recipe)
-    if not isinstance(learner, Predictor):
-        raise ParameterError(f"{setup.facts.name} is no predictor of ratings")
     unseen = sorted(unseen_items or ratings.items)
     people = ratings.select(raters=sorted(unseen_people)) if unseen_people else ratings
     means = {str(e.item): e.rated.means for e in examples if e.rated is not None}
@@ -193,7 +191,7 @@ def _part_value(numbered: tuple[int, Part], *, data: _RatedData) -> dict[str, An
         "scores": predicted_scores(learner, data.examples, unseen).tolist(),
         "truth": _rows(people, unseen).tolist(),
         "constant": np.broadcast_to(constant, (len(unseen), len(ratings.words))).tolist(),
-        "described_by": feature_description(learner),
+        "described_by": learner.feature_description,
     }
 
 
@@ -207,7 +205,7 @@ def words_table(figures: Mapping[str, Any], *, caption: str = "") -> ReportTable
 
 
 def predicted_scores(
-    learner: Predictor, examples: Sequence[Rateable], items: Sequence[str]
+    learner: Model, examples: Sequence[Rateable], items: Sequence[str]
 ) -> NDArray[np.float64]:
     """Return the scores predicted of each of ``items``, the mean over its examples, shape (item, word)."""
     found: dict[str, list[list[float]]] = {item: [] for item in items}

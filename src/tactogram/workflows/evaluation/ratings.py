@@ -16,7 +16,6 @@ from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.ratings.reproduction import constant_error, reproduction
 from tactogram.evaluation.report import ReportFigure, ReportSection, save_figure
-from tactogram.model import Predictor, feature_description
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import write_text
 from tactogram.statistics.figures import error_figure
@@ -67,7 +66,7 @@ def evaluate_predictor(
     )
     figures = found.as_dict()
     facts = loaded.facts_on(store, f"{len(items)} rated items {described}")
-    facts["described_by"] = feature_description(loaded.model)
+    facts["described_by"] = loaded.model.feature_description
     caption = "Mean absolute errors, points of the scale. " + ("Simulated raters." if store.simulated else "")
     picture = ReportFigure(prediction_figure(found, figures), "Right: each dot an item and word.")
     return facts | figures, [ReportSection("Words", [words_table(figures, caption=caption), picture])]
@@ -79,7 +78,7 @@ def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | 
     Raises `ParameterError` if the run is no predictor of scores.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    if not isinstance(loaded.model, Predictor) or loaded.any_kind.scale is None:
+    if loaded.facts.task != "prediction" or loaded.any_kind.scale is None:
         raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")
     rows = []
     for item, one in given.items():

@@ -17,7 +17,7 @@ from tactogram import models
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.generation.segments import LONGEST_S, MOST_PIECES, PiecePlan
-from tactogram.model import Example, Learner, SignalKind
+from tactogram.model import Example, Model, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal
 from tactogram.signal.displacement import played
@@ -111,7 +111,7 @@ class ReferenceModels:
         self.folder, self.kind, self.train = folder, kind, train
         self.settings, self.progress = settings, progress
 
-    def baseline(self, name: str, strokes: Sequence[Example] = ()) -> Learner:
+    def baseline(self, name: str, strokes: Sequence[Example] = ()) -> Model:
         """Return a trained baseline, as its quick recipe configures it; of ``strokes`` alone, if there are any."""
         config = Recipe.load(models.find(name).recipe("quick")).config
         kind = kind_in_time(self.kind)
@@ -132,7 +132,7 @@ class ReferenceModels:
         kind: SignalKind,
         *,
         keep: bool,
-    ) -> Learner:
+    ) -> Model:
         """Return a model trained on ``examples``, from its file where there is one."""
         facts = models.find(name)
         chosen = facts.config(config)

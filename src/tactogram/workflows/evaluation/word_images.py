@@ -12,7 +12,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText
-from tactogram.model import ImageKind, Predictor, RatedGenerator, SpreadReporter
+from tactogram.model import ImageKind, Model
 from tactogram.signal import Image
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.rated_examples import RatingData
@@ -61,8 +61,7 @@ def evaluate_images(
     simulated = store.simulated or (scorer is not None and scorer.simulated)
     figures = loaded.facts_on(store, described, simulated=simulated) | {"spread": None, "collapse": None}
     blocks: list[Any] = []
-    if isinstance(generator, SpreadReporter):
-        spread = generator.image_spread()
+    if (spread := generator.image_spread()) is not None:
         figures |= {"spread": spread.as_dict(), "collapse": spread.collapse}
         rows: list[tuple[Any, ...]] = [
             ("two real images", spread.real),
@@ -95,13 +94,13 @@ def evaluate_images(
     return figures, [ReportSection("Images", blocks)]
 
 
-def _generator(loaded: LoadedRun) -> RatedGenerator:
-    if not isinstance(loaded.model, RatedGenerator):
+def _generator(loaded: LoadedRun) -> Model:
+    if not loaded.model.rated_means:
         raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} has no ratings of its training images")
     return loaded.model
 
 
-def _image(generator: RatedGenerator, words: dict[str, float], seed: int) -> Image:
+def _image(generator: Model, words: dict[str, float], seed: int) -> Image:
     made = generator.generate({"words": words}, seed=seed)
     if not isinstance(made, Image):
         raise ParameterError("a generator of images generated a signal")
@@ -112,7 +111,7 @@ def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> Loaded
     if rater is None:
         return None
     scorer = rater if isinstance(rater, LoadedRun) else load_run(rater)
-    if not isinstance(scorer.model, Predictor):
+    if scorer.facts.task != "prediction":
         raise ParameterError(f"{scorer.run.name}: {scorer.facts.name} is not a predictor of scores")
     if not isinstance(scorer.any_kind, ImageKind):
         raise ParameterError(f"{scorer.run.name}: rater is of signals, not of images")
@@ -124,7 +123,7 @@ def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> Loaded
     return scorer
 
 
-def _labels(loaded: LoadedRun, generator: RatedGenerator) -> tuple[dict[str, Array], str, Any]:
+def _labels(loaded: LoadedRun, generator: Model) -> tuple[dict[str, Array], str, Any]:
     """Return mean scores, 0 to 1, by item; a description of them; and the store."""
     store, split = test_part(loaded.run)
     rated = RatingData(store, loaded.facts.learns_from)

@@ -15,7 +15,7 @@ from tactogram.datasets import Ratings
 from tactogram.errors import FailedTrainingError, ParameterError
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText
-from tactogram.model import Example, feature_description
+from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.signal.full_scale import straight_to_display
 from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
@@ -141,7 +141,7 @@ def evaluate_rated_surfaces(
         },
         "rater": {
             "run": scorer.run.data["run_id"],
-            "described_by": feature_description(scorer.model),
+            "described_by": scorer.model.feature_description,
         },
         "failed": dict(made.failed),
     }

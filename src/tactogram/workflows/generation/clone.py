@@ -11,7 +11,7 @@ import numpy as np
 
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, MotionPredictor, limits_within
+from tactogram.model import Condition, limits_within
 from tactogram.signal import Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.io.writable import check_writable
@@ -56,7 +56,7 @@ def clone(request: CloneRequest) -> Run:
     check_writable(out, folder=True)
     Run(out).check_free()
     loaded = load_run(request.model)
-    ranges = loaded.model.predicted_ranges if isinstance(loaded.model, MotionPredictor) else {}
+    ranges = loaded.model.predicted_ranges
     if not ranges:
         raise ParameterError(
             f"{request.model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
@@ -87,7 +87,7 @@ def live_map(
 ) -> NoiseMap:
     """Return a surface over speed and force, to be streamed: a clone that is not stored.
 
-    ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`MotionPredictor`).
+    ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`Model.predicted_ranges`).
     """
     at, described = _grid(_CLONED, ranges), within(run, condition)
     strokes = [

@@ -8,7 +8,7 @@ from typing import Any
 from tactogram.datasets.simulate.everyday import SYNONYMS, known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe, plain
-from tactogram.model import Condition, DescriptionPredictor
+from tactogram.model import Condition
 from tactogram.workflows.training.loaded_run import LoadedRun
 
 
@@ -34,7 +34,7 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
         raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
     if found.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
         return found | {"material": {named[0]: 1.0}}
-    if isinstance(run.model, DescriptionPredictor) and run.model.prediction_facts(condition):
+    if run.model.prediction_facts(condition):
         return found | {"text": text}
     return found | {"material": describe(text, materials, synonyms=SYNONYMS)}
 

@@ -6,10 +6,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, Limit, LimitReporter, NoiselessGenerator, RatedGenerator, word_limits
+from tactogram.model import Condition, Limit
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
@@ -67,11 +65,7 @@ def generate(
 
 def limits(run: LoadedRun, condition: Condition) -> list[Limit]:
     """Return what of a condition is outside of what a run learned; ``str`` of each is a sentence."""
-    model, words = run.generator, condition.get("words")
-    if isinstance(model, LimitReporter):
-        return model.limits(condition)
-    rated = model.rated_means if words and isinstance(model, RatedGenerator) else {}
-    return word_limits(words or {}, run.any_kind, np.stack([*rated.values()])) if rated else []
+    return run.generator.limits(condition)
 
 
 def within(run: LoadedRun, condition: Condition) -> dict[str, Any]:
@@ -175,7 +169,7 @@ def generate_files(
     named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
     more = {name: Path(file).name for name, file in named.items() if file is not None}
     found = condition_facts(loaded, condition, recorded)
-    if count > 1 and isinstance(loaded.model, NoiselessGenerator):
+    if count > 1 and loaded.model.variation:
         found["differ_by"] = loaded.model.variation
     facts = run_provenance(loaded, seed) | _named(condition) | more | found
     return [

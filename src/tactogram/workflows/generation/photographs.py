@@ -8,7 +8,7 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_novelty import UNLIKE
-from tactogram.model import Condition, DescriptionPredictor, PhotographClassifier
+from tactogram.model import Condition
 from tactogram.signal.io import read_image
 from tactogram.workflows.training.known_photographs import known_photographs
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -22,20 +22,18 @@ def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]
 
     ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
     material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the run
-    describes its photographs; ``prediction``, as of `tactogram.model.DescriptionPredictor`.
+    describes its photographs; ``prediction``, as of `tactogram.model.Model.prediction_facts`.
     """
-    found: dict[str, Any] = {}
-    if isinstance(loaded.model, DescriptionPredictor) and (facts := loaded.model.prediction_facts(condition)):
-        found = {"prediction": facts}
+    predicted = loaded.model.prediction_facts(condition)
+    found: dict[str, Any] = {"prediction": predicted} if predicted else {}
     if (image := condition.get("image")) is None:
         return found
-    if isinstance(loaded.model, PhotographClassifier):
-        try:
-            material, confidence = loaded.model.classify_photograph(image)
-            found |= {"classified_as": material}
-            found |= {} if confidence is None else {"confidence": round(float(confidence), 4)}
-        except ParameterError:  # a variant without a label
-            pass
+    try:
+        material, confidence = loaded.model.classify_photograph(image)
+        found |= {"classified_as": material}
+        found |= {} if confidence is None else {"confidence": round(float(confidence), 4)}
+    except ParameterError:  # a model, or a variant, that does not
+        pass
     if (known := known_photographs(loaded.run)) is not None:
         nearest = known.nearest(image)
         found |= {"nearest_photograph": nearest.material, "novelty": round(nearest.novelty, 4)}

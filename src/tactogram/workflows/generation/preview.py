@@ -11,7 +11,7 @@ import numpy as np
 
 from tactogram.datasets import Split, Store, label_of, part_examples, signal_kind
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Condition, Generator, ImageKind, Kind, RatedGenerator
+from tactogram.model import Condition, ImageKind, Kind, Model
 from tactogram.signal import Image
 from tactogram.training.run import Run
 from tactogram.workflows.generation.generate import generate, run_provenance, write_made
@@ -110,9 +110,9 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     return {**position, "of": description, **write_made(file, made, facts, simulated=loaded.simulated)}
 
 
-def _condition(loaded: LoadedRun, generator: Generator, of: str | None) -> tuple[str, str, Condition]:
+def _condition(loaded: LoadedRun, generator: Model, of: str | None) -> tuple[str, str, Condition]:
     """Return the material or item, a description of it, and the condition for a generator."""
-    if isinstance(generator, RatedGenerator):
+    if generator.rated_means:
         item = _one(sorted(generator.rated_means), of)
         low, high = loaded.any_kind.scale or (0.0, 1.0)
         words = zip(loaded.any_kind.words, generator.rated_means[item].tolist(), strict=True)

@@ -11,7 +11,6 @@ import numpy as np
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.datasets.ratings.words import word_of
 from tactogram.errors import ParameterError
-from tactogram.model import RatedGenerator
 from tactogram.workflows.training.loaded_run import LoadedRun
 
 Rest = Literal["mean"]
@@ -103,8 +102,6 @@ def some_words(run: LoadedRun, words: Mapping[str, float]) -> dict[str, float]:
 
 def rated_means(run: LoadedRun) -> dict[str, dict[str, float]]:
     """Return the mean scores of a run's training items, on the 7-point scale, by item and word."""
-    if not isinstance(run.model, RatedGenerator):
-        return {}
     words = run.any_kind.words
     return {
         item: {w: float(SEVEN_POINT.from_unit(m)) for w, m in zip(words, means, strict=True)}

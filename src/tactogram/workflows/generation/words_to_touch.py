@@ -10,7 +10,7 @@ from typing import Any
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.errors import ParameterError
-from tactogram.model import Predictor, SelectionReporter, SignalKind
+from tactogram.model import SignalKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.io.atomic import write_text
@@ -75,7 +75,7 @@ def generate_from_words(
     if seconds is not None and all(run.facts.gives == "image" for run in loaded):
         raise ParameterError("`seconds` is for signals; an image has no length")
     for rater in rater_models:
-        if not isinstance(rater.model, Predictor):
+        if rater.facts.task != "prediction":
             raise ParameterError(f"`raters`: {rater.facts.name} of {rater.run.name} gives no scores")
     made = [_made(run, request, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
     notes: list[dict[str, Any]] = []
@@ -163,13 +163,9 @@ def _made(
     length = seconds if run.facts.gives == "signal" else None
     pieces = generate(run, condition, seconds=length, seed=seed, count=count)
     return [
-        (piece, _taken(run.model, condition, run.seed_of(condition, drawn)))
+        (piece, run.model.selection_for(condition, run.seed_of(condition, drawn)))
         for piece, drawn in zip(pieces, seeds_of(seed, count), strict=True)
     ]
-
-
-def _taken(model: object, condition: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    return dict(model.selection_for(condition, seed=seed)) if isinstance(model, SelectionReporter) else {}
 
 
 def _note(

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.model import ImageKind, NoveltyReporter, Predictor
+from tactogram.model import ImageKind
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
@@ -24,13 +24,12 @@ def score(run: Path | str | LoadedRun, given: Signal | Image) -> dict[str, Any]:
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     predictor = loaded.predictor
     prepared = loaded.prepare(given) if isinstance(given, Signal) else given
-    novelty = predictor.novelty(prepared) if isinstance(predictor, NoveltyReporter) else None
     scale = loaded.any_kind.scale
     return {
         "scores": dict(predictor.predict(prepared)),
         "scale": None if scale is None else list(scale),
         "predicted_by": f"{loaded.facts.name} model" + (" of simulated raters" if loaded.simulated else ""),
-        "novelty": novelty,
+        "novelty": predictor.novelty(prepared),
         "simulated": loaded.simulated,
     }
 
@@ -49,7 +48,7 @@ def score_file(run: Path | str | LoadedRun, path: Path | str, **arguments: Any) 
     try:
         return score(loaded, given)
     except ParameterError as error:
-        if not isinstance(loaded.model, Predictor):
+        if loaded.facts.task != "prediction":
             raise
         hint = "" if of_images else "; give its unit, rate and axes if the file does not state them"
         raise ParameterError(f"{path}: {error}{hint}") from error

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, MotionPredictor, TextureMapModel, material_weights, some_of
+from tactogram.model import Condition, material_weights, some_of
 from tactogram.models import shipped_run
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
@@ -111,16 +111,16 @@ def live_texture(
     """Return what ``condition`` describes as a texture over speed and force; None if the run only generates signals.
 
     Of a run whose materials are such maps ``condition`` is one material; one that predicts surfaces at any speed and
-    force (`MotionPredictor`) is cloned. ``number`` varies the seed.
+    force (`Model.predicted_ranges`) is cloned. ``number`` varies the seed.
     """
     from tactogram.training.seeds import surface_seed
 
     seed = settings.seed + 1000 * number
     own = surface_seed(seed, condition)
-    if isinstance(run.model, TextureMapModel):
+    if run.model.maps:
         place = int(np.argmax(material_weights(condition, run.kind.materials)))
         return texture_of_map(name, run.model.maps[place], settings, seed=own)
-    ranges = run.model.predicted_ranges if isinstance(run.model, MotionPredictor) else {}
+    ranges = run.model.predicted_ranges
     if not ranges:
         return None
     from tactogram.workflows.generation.clone import live_map

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.model import TextureMapModel
 from tactogram.rendering.embedded.noise_header import c_name, noise_header
 from tactogram.rendering.streaming.noise_texture import one_axis
 from tactogram.signal.io.atomic import write_text
@@ -32,11 +31,9 @@ def export_c(
         If the run has no modulated noise, no such material, or unknown speeds or forces.
     """
     loaded = load_run(run)
-    model = loaded.model
-    maps = model.maps if isinstance(model, TextureMapModel) else ()
     found = {
         name: each
-        for name, each in zip(loaded.kind.materials, maps, strict=False)
+        for name, each in zip(loaded.kind.materials, loaded.model.maps, strict=False)
         if isinstance(each, NoiseMap)
     }
     if not found:

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from tactogram import models
 from tactogram.datasets import Split, Store, open_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Classifier, Condition, Embedder, Generator, ImageKind, Kind, Predictor, SignalKind
+from tactogram.model import Condition, ImageKind, Kind, Model, ModelConfig, SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Image, Signal
 from tactogram.signal.resampling import resample
@@ -22,16 +20,13 @@ from tactogram.training.seeds import surface_seed
 
 @dataclass(frozen=True)
 class LoadedRun:
-    """A finished run, ready for use.
-
-    ``model`` has the protocol of ``facts.task``, and possibly optional ones of `tactogram.model`.
-    """
+    """A finished run, ready for use; what ``model`` does is ``facts.task``."""
 
     run: Run
     facts: models.ModelInfo
     recipe: Recipe
     any_kind: Kind
-    model: object
+    model: Model
 
     @property
     def kind(self) -> SignalKind:
@@ -41,11 +36,9 @@ class LoadedRun:
         return self.any_kind
 
     @property
-    def generator(self) -> Generator:
+    def generator(self) -> Model:
         """The model; a `ParameterError` for one that does not generate."""
-        if not isinstance(self.model, Generator):
-            raise ParameterError(self._refused("generate"))
-        return self.model
+        return self._for("generation", "generate")
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal | Image:
         """Return a signal or image for ``condition``, as the model's own ``generate`` with `seed_of`."""
@@ -56,34 +49,32 @@ class LoadedRun:
         return seed if self.facts.gives == "image" else surface_seed(seed, condition)
 
     @property
-    def classifier(self) -> Classifier:
+    def classifier(self) -> Model:
         """The model; a `ParameterError` for one that does not classify."""
-        if not isinstance(self.model, Classifier):
-            raise ParameterError(self._refused("classify"))
-        return self.model
+        return self._for("classification", "classify")
 
     @property
-    def predictor(self) -> Predictor:
+    def predictor(self) -> Model:
         """The model; a `ParameterError` for one that predicts no scores."""
-        if not isinstance(self.model, Predictor):
-            raise ParameterError(self._refused("predict scores"))
-        return self.model
+        return self._for("prediction", "predict scores")
 
     @property
-    def embedder(self) -> Embedder:
+    def embedder(self) -> Model:
         """The model; a `ParameterError` for one that does not turn signals into vectors."""
-        if not isinstance(self.model, Embedder):
+        if not self.model.embeds:
             raise ParameterError(f"{self.run.name}: {self.facts.name} has no embedding for a search")
         return self.model
 
-    def _refused(self, job: str) -> str:
-        return (
-            f"{self.run.name}: {self.facts.name} does not {job}, it is a model for {self.facts.task}; "
-            "`tactogram models` lists those that do"
-        )
+    def _for(self, task: str, job: str) -> Model:
+        if self.facts.task != task:
+            raise ParameterError(
+                f"{self.run.name}: {self.facts.name} does not {job}, it is a model for {self.facts.task}; "
+                "`tactogram models` lists those that do"
+            )
+        return self.model
 
     @property
-    def config(self) -> BaseModel:
+    def config(self) -> ModelConfig:
         """The model's own configuration."""
         return self.facts.config(self.recipe.config)
 

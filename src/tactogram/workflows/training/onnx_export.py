@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import ParameterError, RunError, one_line
 from tactogram.extras import imported
-from tactogram.model import ExportedNetwork, NetworkExporter, SignalKind
+from tactogram.model import ExportedNetwork, SignalKind
 from tactogram.model.exported import Port
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback, silent
@@ -46,14 +46,14 @@ def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback 
     imported("onnxscript", **EXTRA)
     imported("onnxruntime", **EXTRA)
     loaded = load_run(run)
-    if not isinstance(loaded.model, NetworkExporter):
+    networks = loaded.model.exported_networks()
+    if not networks:
         raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} has no networks to export to ONNX")
     kind = loaded.any_kind
     facts = {"model": loaded.facts.name, "run": loaded.run.data["run_id"], "simulated": loaded.simulated}
     if isinstance(kind, SignalKind):
         per = "rate_hz" if kind.domain == "time" else "rate_per_mm"
         facts |= {per: kind.rate, "unit": kind.unit, "axes": list(kind.axes)}
-    networks = loaded.model.exported_networks()
     found = {}
     with new_folder(Path(out)) as folder:
         for number, (name, network) in enumerate(networks.items()):

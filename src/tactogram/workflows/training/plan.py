@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from tactogram import models
 from tactogram.datasets import (
     Label,
@@ -26,7 +24,7 @@ from tactogram.datasets import (
 )
 from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError
-from tactogram.model import window_of
+from tactogram.model import ModelConfig
 from tactogram.recipe import Recipe, run_id
 from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
 from tactogram.workflows.training.requests import TrainingRequest
@@ -42,7 +40,7 @@ class TrainingPlan:
     store: Store
     facts: models.ModelInfo
     recipe: Recipe
-    config: BaseModel
+    config: ModelConfig
     parts: Split
     rated: RatingData | None
     """Ratings, of a model that learns from them."""
@@ -108,7 +106,7 @@ def block_splits(
     store: Store,
     index: Sequence[RecordingInfo],
     recipe: Recipe,
-    config: BaseModel,
+    config: ModelConfig,
     *,
     blocks: int,
     remedy: str = "record longer, or use `split=all`",
@@ -116,7 +114,7 @@ def block_splits(
     """Return a split for each of ``blocks`` contiguous parts of every recording, one window apart from the others."""
     stream = recipe.prepare.stream_of(tuple(store.streams))
     seconds = {info.id: store.length(info.id, stream) / store.rate(info.id, stream) for info in index}
-    gap = window_of(config) / recipe.prepare.rate_of(store.rate(index[0].id, stream))
+    gap = config.input_samples / recipe.prepare.rate_of(store.rate(index[0].id, stream))
     if (shortest := min(seconds.values())) < 3 * gap * blocks:
         raise ParameterError(
             f"{blocks} blocks of a recording need at least {3 * gap * blocks:.3g} s, got {shortest:.3g} s; {remedy}"

@@ -23,7 +23,7 @@ from scipy.stats import t as student
 from usearch.index import Index
 
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import Embedder, Example
+from tactogram.model import Example, Model
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
@@ -127,7 +127,7 @@ class SurfaceIndex:
         return found
 
 
-def build_index(embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
+def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
     """Return an index over ``known``, with a threshold calibrated on ``validation``.
 
     The latter are recordings of known materials that ``embedder`` was not trained on. If there are none, each known
@@ -208,7 +208,7 @@ def prediction_limit(distances: Sequence[float]) -> float:
     return float(np.exp(np.mean(logs) + student.ppf(KEPT, count - 1) * spread))
 
 
-def index_run(run: Run, embedder: Embedder, known: Sequence[Example], validation: Sequence[Example]) -> None:
+def index_run(run: Run, embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> None:
     """Build the index of a run and save it there."""
     build_index(embedder, known, validation).save(run)
 
@@ -220,12 +220,12 @@ def calibration_text(recordings: int) -> str:
     return "The threshold was set on the training recordings, each against the others, which is optimistic."
 
 
-def surface_vectors(embedder: Embedder, examples: Sequence[Example]) -> NDArray[np.float32]:
+def surface_vectors(embedder: Model, examples: Sequence[Example]) -> NDArray[np.float32]:
     """Return the vector of each example: float32, shape (example, feature)."""
     return np.stack([surface_vector(embedder, example.signal) for example in examples])
 
 
-def surface_vector(embedder: Embedder, signal: Signal) -> NDArray[np.float32]:
+def surface_vector(embedder: Model, signal: Signal) -> NDArray[np.float32]:
     """Return the embedding of a signal, scaled to length 1, and the levels of its bands: float32, shape (feature,)."""
     embedded = embedder.embed(signal)
     unit = embedded / max(float(np.linalg.norm(embedded)), 1e-12)

@@ -13,7 +13,7 @@ from typing import Any
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText, write_report
 from tactogram.extras import imported
-from tactogram.model import CheckpointSelector, Stage
+from tactogram.model import Stage
 from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.signal.io.writable import check_writable
@@ -198,9 +198,8 @@ def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None
     fabric = make_fabric(plan.recipe.training, accelerator=request.accelerator)
     kind, examples, validation = training_material(plan, fabric, None, silent, never)
     learner = plan.facts.build(plan.config, kind, seed=plan.recipe.seed)
-    learner.setup(fabric)
-    if isinstance(learner, CheckpointSelector):
-        learner.set_validation(validation)
+    learner.setup(make_fabric(plan.recipe.training, accelerator=request.accelerator))
+    learner.set_validation(validation)
     stages = learner.stages(examples)
     total = sum(stage.steps for stage in stages)
     due = {math.ceil(total * ninths / NINTHS): ninths for ninths in (1, FACTOR, NINTHS)}

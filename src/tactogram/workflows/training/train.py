@@ -14,15 +14,9 @@ from tactogram.datasets import part_examples, require_photographs, signal_kind
 from tactogram.datasets.scratch import scratch_of
 from tactogram.errors import ParameterError, StoppedError
 from tactogram.model import (
-    CheckpointSelector,
-    Classifier,
-    Embedder,
     Example,
-    FigureReporter,
     Kind,
-    Learner,
-    OutcomeReporter,
-    SharedLearner,
+    Model,
     SignalKind,
     Stage,
 )
@@ -107,11 +101,11 @@ def train_plan(
     kind, examples, validation = training_material(plan, fabric, prepared, progress, stop)
     learner = facts.build(plan.config, kind, seed=chosen.seed)
     learner.setup(fabric)
-    if devices > 1 and not isinstance(learner, SharedLearner):
+    if devices > 1 and not learner.divides_batches:
         raise ParameterError(
             f"{facts.name} cannot divide its batches, or is a closed form: train it in one process, without devices"
         )
-    chosen_by = learner.set_validation(validation) if isinstance(learner, CheckpointSelector) else ""
+    chosen_by = learner.set_validation(validation)
     stages = learner.stages(examples)  # refuses unsuitable examples before anything is written
     notes = {"choose weights": chosen_by, "plan": update_text(stages)}
     if chosen.training.precision == "auto":
@@ -164,7 +158,7 @@ def steps_done(stages: Sequence[Stage], position: TrainingPosition) -> int:
     return sum(stage.steps for stage in stages[: position.stage]) + position.step
 
 
-def _restored(run: Run, learner: Learner, fabric: Any) -> TrainingPosition:
+def _restored(run: Run, learner: Model, fabric: Any) -> TrainingPosition:
     """Load the last checkpoint into every process's ``learner``."""
     start: TrainingPosition = fabric.broadcast(run.restore(learner) if fabric.is_global_zero else None)
     if start != BEGINNING and fabric.world_size > 1:
@@ -211,7 +205,7 @@ def training_material(
 
 def _finish(
     run: Run,
-    learner: Learner,
+    learner: Model,
     kind: Kind,
     plan: TrainingPlan,
     examples: Sequence[Any],
@@ -220,19 +214,21 @@ def _finish(
     notes: Sequence[str],
 ) -> dict[str, float]:
     """Write the trained learner, its index and figures, finish the run, and return its validation."""
-    if isinstance(learner, Classifier) and isinstance(learner, Embedder):
+    if learner.embeds and plan.facts.task == "classification":
         from tactogram.workflows.training.surface_index import index_run
 
         index_run(run, learner, examples, validation)
     if isinstance(kind, SignalKind) and "image" in (*plan.facts.needs, *plan.facts.instead):
         save_photographs(run, examples)
-    outcome = {"outcome": learner.outcome()} if isinstance(learner, OutcomeReporter) else {}
-    _draw(run, learner)
+    outcome = learner.outcome()
+    for name, figure in learner.figures().items():
+        with atomic_write(run.folder / "figures" / f"{name}.png") as part:
+            figure.savefig(part, dpi=120, format="png")
     found = learner.validate(validation)
     facts = {
         "model": plan.facts.name,
         "label": plan.label,
-        **outcome,
+        **({"outcome": outcome} if outcome else {}),
         "validation": found,
         "notes": list(notes),
     }
@@ -242,7 +238,7 @@ def _finish(
 
 
 def run_training(
-    learner: Learner,
+    learner: Model,
     examples: Sequence[Example],
     recipe: Recipe,
     *,
@@ -300,11 +296,3 @@ def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable
             raise StoppedError("stopped while recordings were prepared; the run is as it was")
 
     return show
-
-
-def _draw(run: Run, learner: Learner) -> None:
-    """Write a learner's figures of its training to ``figures/NAME.png``."""
-    drawn = learner.figures() if isinstance(learner, FigureReporter) else {}
-    for name, figure in drawn.items():
-        with atomic_write(run.folder / "figures" / f"{name}.png") as part:
-            figure.savefig(part, dpi=120, format="png")

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from tactogram.datasets import Split, Store
 from tactogram.errors import ParameterError
 from tactogram.evaluation import ImageQuality, ImageSpread, LabelFidelity, label_fidelity
-from tactogram.model import SpreadReporter
 from tactogram.signal import Image
 from tactogram.training import as_floats, square
 from tactogram.workflows import ProgressCallback, load_run, score
@@ -88,9 +87,9 @@ def evaluate_images_of(
     }
 
     def evaluated() -> dict[str, Any]:
-        if not isinstance(loaded.model, SpreadReporter):
+        spread: ImageSpread | None = loaded.model.image_spread()
+        if spread is None:
             raise ParameterError(f"{run}: {loaded.facts.name} does not measure the variation of its images")
-        spread: ImageSpread = loaded.model.image_spread()
         return {
             **figures_of(draws_of(loaded, plates), rater_model, plates, quality),
             "spread": spread.as_dict(),

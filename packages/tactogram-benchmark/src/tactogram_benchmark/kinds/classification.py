@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation import linear_discriminant, pooled, wilson
-from tactogram.model import WindowClassifier
 from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
@@ -66,12 +65,8 @@ class Classification(TaskKind):
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
         """Return pooled probabilities of the windows."""
         model, signal = loaded.classifier, question.given["vibration"]
-        each = (
-            model.window_probabilities(signal)
-            if isinstance(model, WindowClassifier)
-            else model.probabilities(signal)[None]
-        )
-        found = dict(zip(model.materials, pooled(each), strict=True))
+        shares = pooled(model.window_probabilities(signal))
+        found = dict(zip(model.materials, shares, strict=True))
         return np.array([found.get(name, 0.0) for name in opened.materials])
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:

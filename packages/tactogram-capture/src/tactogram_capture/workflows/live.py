@@ -9,7 +9,6 @@ import numpy as np
 
 from tactogram.datasets import part_examples
 from tactogram.errors import ParameterError, RunError
-from tactogram.model import window_of
 from tactogram.signal import Signal
 from tactogram.workflows import (
     LoadedRun,
@@ -51,7 +50,7 @@ class LiveClassifier:
             )
         self.loaded, rate = loaded, loaded.kind.rate
         # Two spare samples: a slightly wrong rate must not make a window too short.
-        least = window_of(loaded.config) + 2
+        least = loaded.config.input_samples + 2
         if window_s is None and least == 2:
             raise ParameterError(
                 f"{loaded.facts.name} does not state the length of its input: give `window`, in seconds"

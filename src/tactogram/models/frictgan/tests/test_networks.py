@@ -5,9 +5,9 @@ from pydantic import ValidationError
 from torch import nn
 
 from tactogram.models.frictgan import Config
+from tactogram.models.frictgan.config import critic_size
 from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.networks import Critic, Generator, SamePaddedConv, match
-from tactogram.models.frictgan.sizes import critic_size
 
 PAPER = Config()
 

@@ -3,7 +3,7 @@
 import torch
 
 from tactogram.models.pix2pix.config import Config
-from tactogram.models.pix2pix.networks import discriminator, generator
+from tactogram.models.pix2pix.learner import discriminator, generator
 from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.unet import UNet
 

@@ -1,7 +1,7 @@
 import torch
 
 from tactogram.models.stroke_gan.config import Config
-from tactogram.models.stroke_gan.networks import Generator
+from tactogram.models.stroke_gan.learner import Generator
 
 NARROW = Config(channels=(16, 8, 4, 2, 1))  # the published layout, a 64th of its channels
 AXES, CLASSES = 3, 9

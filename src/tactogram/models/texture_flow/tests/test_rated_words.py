@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.models.texture_flow.rated_words import word_weights
+from tactogram.models.texture_flow.described_surfaces import word_weights
 
 RATED = np.array([[0.1, 0.5], [0.2, 0.5], [0.4, 0.5], [0.9, 0.5]])
 """Nearest neighbours are 0.1, 0.1, 0.2 and 0.5 apart: 0.15 by the median, half of which is the kernel's width."""

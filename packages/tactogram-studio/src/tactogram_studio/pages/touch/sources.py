@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.model import TextureMapModel
 from tactogram.signal import (
     Image,
     ModulatedNoise,
@@ -245,9 +244,7 @@ def _map_of(run: LoadedRun, material: str) -> TextureMap | NoiseMap | None:
         raise ParameterError(
             f"{run.run.name} has no material {material[:60]!r}; it has {', '.join(run.kind.materials)}"
         )
-    if not isinstance(run.model, TextureMapModel):
-        return None
-    return run.model.maps[run.kind.materials.index(material)]
+    return run.model.maps[run.kind.materials.index(material)] if run.model.maps else None
 
 
 def _by_table(surface: TextureMap | NoiseMap, request: TextureRequest) -> bool:
