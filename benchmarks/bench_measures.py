@@ -23,9 +23,6 @@ from tactogram.evaluation.measures import (
     precision_recall_density_coverage,
     segments,
     signal_measures,
-    signal_to_noise_ratio_db,
-    spqi,
-    st_sim,
     transfer_accuracy,
     two_sample_accuracy,
 )
@@ -57,11 +54,6 @@ def run() -> list[dict[str, Any]]:
         ("classifier_features", signals, plain, lambda: classifier_features([*one, *other])),
         ("transfer_accuracy, linear discriminant, 1 s pieces", signals, plain,
          lambda: transfer_accuracy(*({"a": segments(s[:16], 1.0), "b": segments(s[16:], 1.0)} for s in (one, other)))),
-        *(
-            (f"{function.__name__}, all pairs one by one", signals, plain,
-             lambda f=function: [f(x, y) for x, y in zip(one, other, strict=True)])
-            for function in (signal_to_noise_ratio_db, st_sim, spqi)
-        ),
     ]  # fmt: skip
     points = "product of the two matrices"
     jobs += [

@@ -3,7 +3,7 @@
 A stylus strokes each at 120 mm/s and 1 N. Of its invented structure so much is felt that it is `STRUCTURE_DB` weaker
 than the whole, or `RIBS_DB` if it has high ribs; the rest is a ground, whose height and beta are changed until the
 spectrum has the level and slope of its kind, plus `OWN` of what distinguishes the surface from its kind as drawn.
-Prints `RELIEF` of `tactogram.datasets.simulate.everyday`.
+Prints the columns ``felt``, ``ground_rms_mm`` and ``ground_beta`` of ``surfaces.csv``.
 """
 
 from concurrent.futures import ProcessPoolExecutor
@@ -14,6 +14,7 @@ import numpy as np
 from benchmarks.experiments.real_surfaces import band_levels, levels, slopes, spectrum_of
 from tactogram.datasets.simulate import everyday, sets
 from tactogram.datasets.simulate.stroke import RecordingTask
+from tactogram.datasets.simulate.surfaces import Grating
 
 OWN = 0.25
 STRUCTURE_DB = 10.0
@@ -43,7 +44,7 @@ def figures(number, felt, rms_mm=0.0, beta=3.0):
 def main():
     """Print the table."""
     names = [surface.name for surface in everyday.DRAWN]
-    kinds = [next(kind for kind, members in everyday.RELIEF.items() if name in members) for name in names]
+    kinds = [everyday.ROWS[name]["kind"] for name in names]
     felt, rms_mm, beta = (np.full(len(names), value) for value in (1.0, 0.03, 3.0))
     with ProcessPoolExecutor() as pool:
 
@@ -65,20 +66,14 @@ def main():
                 rms_mm = louder(rms_mm, lacking[:, 0])
                 beta = np.clip(beta - 0.25 * np.clip(lacking[:, 1], -4, 4), FLATTEST, STEEPEST)
             found = measured(felt, rms_mm, beta)
-    rows = list(zip(names, kinds, felt, rms_mm, beta, targets - found, strict=True))
-    for kind in everyday.KINDS:
-        print(f'    "{kind}": {{')
-        for name, of, share, rms, falls, missed in rows:
-            if of == kind:
-                table = f'"{name}": ({share:.3g}, {rms:.3g}, {falls:.2f}),'
-                print(f"        {table}  # {missed[0]:+.1f} dB {missed[1]:+.1f}")
-        print("    },")
+    for row in zip(names, kinds, felt, rms_mm, beta, *(targets - found).T, strict=True):
+        print("{},{},{:.3g},{:.3g},{:.3g}  # {:+.1f} dB {:+.1f}".format(*row))
 
 
 def ribbed(surface):
     """Return whether a surface has high ribs."""
     first = surface.textures[0]
-    return isinstance(first, everyday.Grating) and first.height_mm > RIB_HEIGHT * first.period_mm
+    return isinstance(first, Grating) and first.height_mm > RIB_HEIGHT * first.period_mm
 
 
 def louder(heights, gain_db):

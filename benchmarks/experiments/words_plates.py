@@ -22,7 +22,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.label_following import label_fidelity
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
 from tactogram.signal import Signal
-from tactogram.signal.full_scale import straight_to_display
+from tactogram.signal.crest_factor import straight_to_display
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run

@@ -6,9 +6,10 @@ import codecs
 import csv
 import io
 import json
+import math
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -147,6 +148,15 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
         return json.loads(text, **hooks)
     except (ValueError, RecursionError) as error:
         raise DataError(f"{where}: not a JSON document: {_reason(error)}") from None
+
+
+def finite_json(value: Any) -> Any:
+    """Return values for JSON, which has no NaN and no infinity: None stands for them."""
+    if isinstance(value, Mapping):
+        return {name: finite_json(inner) for name, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite_json(inner) for inner in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tuple[int, list[str]]]:

@@ -9,8 +9,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import open_store
-from tactogram.datasets.path_pattern import PathPattern
-from tactogram.datasets.path_reading import read_paths
+from tactogram.datasets.path_reading import PathPattern, read_paths
 from tactogram.errors import ParameterError
 
 

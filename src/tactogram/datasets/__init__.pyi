@@ -16,10 +16,6 @@ from .importers.folder import (
 from .kinds import (
     in_one_line as in_one_line,
 )
-from .labels import (
-    Label as Label,
-    label_of as label_of,
-)
 from .mapping import (
     TableMapping as TableMapping,
     layouts_by_columns as layouts_by_columns,
@@ -51,7 +47,6 @@ from .ratings.ratings import (
     SEVEN_POINT as SEVEN_POINT,
     Ratings as Ratings,
     Scale as Scale,
-    item_of as item_of,
     join_ratings as join_ratings,
     scale_of as scale_of,
 )
@@ -64,13 +59,14 @@ from .ratings.words import (
     WORDS as WORDS,
 )
 from .recording import (
+    Label as Label,
     Recording as Recording,
     RecordingInfo as RecordingInfo,
-)
-from .simulate.raters.people import (
-    draw_people as draw_people,
+    item_of as item_of,
+    label_of as label_of,
 )
 from .simulate.raters.scoring import (
+    draw_people as draw_people,
     score_together as score_together,
     score_vibrations as score_vibrations,
 )
@@ -104,10 +100,6 @@ from .splits.splitting import (
     split_fractions as split_fractions,
     split_last as split_last,
 )
-from .store.appending import (
-    append_recording as append_recording,
-    recover_store as recover_store,
-)
 from .store.pending import (
     clear_stale_parts as clear_stale_parts,
 )
@@ -118,5 +110,7 @@ from .store.store import (
 from .store.writing import (
     add_ratings as add_ratings,
     add_recordings as add_recordings,
+    append_recording as append_recording,
     create_store as create_store,
+    recover_store as recover_store,
 )

@@ -16,9 +16,7 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.labels import Label, label_of
-from tactogram.datasets.ratings.ratings import item_of
-from tactogram.datasets.recording import RecordingInfo
+from tactogram.datasets.recording import Label, RecordingInfo, item_of, label_of
 from tactogram.datasets.scratch import scratch_of
 from tactogram.datasets.splits.part_photographs import (
     PhotographRegions,

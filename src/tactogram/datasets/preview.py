@@ -15,9 +15,8 @@ from tactogram.datasets.importing import ImportSink, find_set
 from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.rates import CommonRates
-from tactogram.datasets.ratings.ratings import item_of
 from tactogram.datasets.reading import read_item
-from tactogram.datasets.recording import Recording
+from tactogram.datasets.recording import Recording, item_of
 from tactogram.datasets.store.layout import StoreStreamInfo
 from tactogram.datasets.store.photographs import Photograph
 from tactogram.errors import DataError, TactogramError, UnitError

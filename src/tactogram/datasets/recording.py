@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from typing import Literal
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
@@ -118,3 +119,32 @@ def content_id(streams: Mapping[str, Signal]) -> str:
 def natural_key(text: str) -> list[tuple[int, int, str]]:
     """Return a key that sorts texts with their numbers in numerical order."""
     return [(0, int(p), "") if p.isdecimal() else (1, 0, p) for p in re.split(r"(\d+)", text) if p]
+
+
+def item_of(info: RecordingInfo) -> str | None:
+    """Return the item that a recording belongs to in ratings: its label ``item``, else its material."""
+    return info.labels.get("item") or info.material
+
+
+Label = Literal["material", "material+contactor", "item"] | Callable[[RecordingInfo], str | None]
+"""Class of a recording: its material; material and contactor, as ``"carpet1-pen"``; what is rated, which may be a
+single vibration of no material; or the value of a function."""
+
+
+def label_of(info: RecordingInfo, label: Label) -> str | None:
+    """Return the class of one recording, None if it has none.
+
+    ``"material+contactor"`` gives the 30 classes of Saga et al. (Table I); a recording without a contactor has its
+    material's class. Raises `ParameterError` for another label.
+    """
+    if callable(label):
+        return label(info)
+    if label == "material":
+        return info.material
+    if label == "item":
+        return item_of(info)
+    if label == "material+contactor":
+        return "-".join(part for part in (info.material, info.contactor) if part) or None
+    raise ParameterError(
+        f"label must be 'material', 'material+contactor', 'item' or a function, got {label!r}"
+    )

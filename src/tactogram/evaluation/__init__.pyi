@@ -11,8 +11,6 @@ from .generation.comparison import (
     FLOOR as FLOOR,
     MODEL as MODEL,
     GenerationResult as GenerationResult,
-)
-from .generation.measures import (
     describe_measures as describe_measures,
 )
 from .generation.protocol import (
@@ -70,8 +68,6 @@ from .ratings.cross_modal import (
     CrossModalResult as CrossModalResult,
     compare_cross_modal as compare_cross_modal,
     errors_of as errors_of,
-)
-from .ratings.cross_modal_figures import (
     overall_figure as overall_figure,
     per_word_figure as per_word_figure,
 )

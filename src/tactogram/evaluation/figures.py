@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.signal import welch
@@ -68,21 +69,25 @@ def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") 
 
 
 def losses_figure(metrics: Sequence[Mapping[str, Any]], *, title: str = "") -> Figure:
-    """Draw the curves of metrics.jsonl over steps, one per name: thin as logged, thick smoothed."""
+    """Draw the curves of metrics.jsonl over steps, one per name, as `plot_losses`."""
     figure = Figure(figsize=(9, 2.8), layout="constrained")
     axes = figure.add_subplot()
     names = [n for n in dict.fromkeys(k for m in metrics for k in m) if n not in ("stage", "step")]
-    for colour, name in zip(AXIS_COLOURS, names, strict=False):
-        points = [(m["step"], m[name]) for m in metrics if name in m]
+    plot_losses(axes, {name: [(m["step"], m[name]) for m in metrics if name in m] for name in names})
+    axes.set(xlabel="step", title=title)
+    axes.margins(x=0)
+    axes.legend(frameon=False)
+    return figure
+
+
+def plot_losses(axes: Axes, losses: Mapping[str, Sequence[tuple[int, float]]]) -> None:
+    """Plot values over steps, one curve per name: thin as logged, thick averaged over a 25th of them."""
+    for colour, (name, points) in zip(AXIS_COLOURS, losses.items(), strict=False):
         step, value = np.array(points).T
         axes.plot(step, value, lw=0.5, alpha=0.4, color=colour)
         width = max(1, len(value) // 25)
         smooth = np.convolve(value, np.ones(width) / width, "valid")
         axes.plot(step[width - 1 :], smooth, lw=1.6, color=colour, label=name)
-    axes.set(xlabel="step", title=title)
-    axes.margins(x=0)
-    axes.legend(frameon=False)
-    return figure
 
 
 def photos_figure(photos: Mapping[str, Image]) -> Figure:

@@ -23,7 +23,6 @@ from tactogram.signal.line_spectrum import (
     reflection_of_line_spectrum,
     reflection_of_polynomial,
 )
-from tactogram.signal.mixing import checked_weights
 from tactogram.signal.signal import Signal, check_rate
 
 Array = NDArray[np.float64]
@@ -273,3 +272,18 @@ def _same(model: AutoregressiveModel, other: AutoregressiveModel | Signal) -> No
             f"expected {model.rate:g} Hz, {model.unit}, axes {','.join(model.axes)}; "
             f"got {other.rate:g} Hz, {other.unit}, axes {','.join(other.axes)}"
         )
+
+
+def checked_weights(weights: ArrayLike, count: int) -> Array:
+    """Return weights, float64, shape (``count``,), of at least 1; `ParameterError` if one is negative or all are 0."""
+    w = np.asarray(weights, np.float64)
+    if not count or w.shape != (count,) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
+        raise ParameterError(f"weights must be {count} numbers >= 0, not all 0; got {w.tolist()}")
+    return w
+
+
+def symmetric_root(covariance: Array) -> Array:
+    """Return the symmetric square root, which also exists for a singular matrix and changes smoothly."""
+    values, vectors = np.linalg.eigh(covariance)
+    root: Array = (vectors * np.sqrt(np.maximum(values, 0))) @ vectors.T
+    return root

@@ -2,22 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.signal import stft
 
-if TYPE_CHECKING:
-    from tactogram.signal.signal import Signal
-
 AXIS_COLOURS = ("#2166ac", "#d6604d", "#4d9221", "#8073ac", "#b35806", "#666666")
 RANGE_DB = 70.0
 
 
+class _Drawn(Protocol):
+    """Members of a `tactogram.signal.Signal`, which draws itself by this module."""
+
+    @property
+    def samples(self) -> NDArray[np.float32]: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def axes(self) -> tuple[str, ...]: ...
+    @property
+    def domain(self) -> str: ...
+
+
 def signal_figure(
-    signal: Signal, *, title: str = "", shown: float = 2.0, figure: Figure | None = None
+    signal: _Drawn, *, title: str = "", shown: float = 2.0, figure: Figure | None = None
 ) -> Figure:
     """Draw the beginning of a signal and its spectrogram, one row per axis.
 
@@ -32,16 +44,17 @@ def signal_figure(
     figure.set_size_inches(9, 0.6 + 1.55 * rows)
     quantity, extent, cycles = ("time", "s", "Hz") if signal.domain == "time" else ("position", "mm", "1/mm")
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.4, 1), sharex="col")
-    beginning = signal.cut(0, min(len(signal), max(2, round(shown * signal.rate))))
-    place = np.arange(len(beginning)) / signal.rate
+    count = signal.samples.shape[1]
+    beginning = signal.samples[:, : max(2, round(shown * signal.rate))]
+    place = np.arange(beginning.shape[1]) / signal.rate
     pictures = []
-    window = min(256, len(signal))
+    window = min(256, count)
     for row, name in enumerate(signal.axes):
-        grid[row, 0].plot(place, beginning.axis(name), lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
+        grid[row, 0].plot(place, beginning[row], lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
         grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
         grid[row, 0].margins(x=0)
         frames = {"nperseg": window, "noverlap": window // 2, "boundary": None, "padded": False}
-        f, t, z = stft(signal.axis(name), signal.rate, "hamming", **frames)
+        f, t, z = stft(signal.samples[row], signal.rate, "hamming", **frames)
         pictures.append((grid[row, 1], f, t, 20 * np.log10(np.abs(z) + 1e-12)))
         grid[row, 1].set_ylabel(cycles)
     top = max(float(np.max(db)) for *_, db in pictures)
@@ -49,9 +62,9 @@ def signal_figure(
         cells = _edges(t, (window - window // 2) / signal.rate), _edges(f, signal.rate / window)
         mesh = axes.pcolormesh(*cells, db, vmin=top - RANGE_DB, vmax=top, cmap="magma", rasterized=True)
     figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
-    part = "" if len(beginning) == len(signal) else f" (the first {beginning.extent:g} {extent})"
+    part = "" if len(place) == count else f" (the first {len(place) / signal.rate:g} {extent})"
     grid[-1, 0].set_xlabel(f"{quantity}, {extent}{part}")
-    grid[-1, 1].set(xlabel=f"{quantity}, {extent}", xlim=(0, signal.extent))
+    grid[-1, 1].set(xlabel=f"{quantity}, {extent}", xlim=(0, count / signal.rate))
     if title:
         figure.suptitle(title, fontsize=10)
     return figure

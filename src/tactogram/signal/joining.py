@@ -1,4 +1,4 @@
-"""Joining of pieces to a longer signal without seams in level or waveform.
+"""Joining of pieces to a longer signal without seams in level or waveform; texture made of random pieces of recordings.
 
 Two pieces are crossfaded. The power of their sum depends on their correlation: gains that suit unlike pieces raise the
 level of alike ones by 3 dB, gains that suit alike ones lower that of unlike ones by 3 dB. So the gains follow the
@@ -9,6 +9,8 @@ References
 ----------
 - Fink, M., Holters, M. & Zölzer, U. (2016). Signal-matched power-complementary cross-fading and dry-wet mixing. Proc.
   19th Int. Conf. Digital Audio Effects (DAFx-16), 109-112.
+- Schwarz, D. (2011). State of the art in sound texture synthesis. Proc. 14th Int. Conf. Digital Audio Effects
+  (DAFx-11).
 - Verhelst, W. & Roelands, M. (1993). An overlap-add technique based on waveform similarity (WSOLA) for high quality
   time-scale modification of speech. Proc. ICASSP, vol. 2, 554-557. doi 10.1109/ICASSP.1993.319366
 """
@@ -158,3 +160,49 @@ def _crossfade(before: Array, after: Array) -> Array:
     scale = np.sqrt(np.where(got > 0, meant / np.maximum(got, 1e-300), 1.0))
     mixed: Array = scale * (u * a + v * b) + (1 - rise) * mean_a + rise * mean_b
     return mixed
+
+
+def excerpts(
+    signals: Sequence[Signal], budget: int, *, segment: int, least: int, rng: np.random.Generator
+) -> list[tuple[int, Signal]]:
+    """Return a random interval of each of some ``signals``, with its index, together about ``budget`` samples.
+
+    As many signals are drawn as there is room for a segment of each; budget left by short ones goes to longer ones. An
+    interval has at least ``least`` samples.
+    """
+    number = min(len(signals), max(1, budget // segment))
+    chosen = sorted(rng.permutation(len(signals))[:number], key=lambda i: len(signals[i]))
+    kept = []
+    for place, i in enumerate(chosen):
+        length = min(len(signals[i]), max(least, budget // (number - place)))
+        start = int(rng.integers(len(signals[i]) - length + 1))
+        budget -= length
+        kept.append((int(i), signals[i].cut(start, start + length)))
+    return kept
+
+
+def concatenated(
+    recordings: Sequence[Signal],
+    *,
+    seconds: float,
+    segment: int,
+    overlap_s: float,
+    search_s: float,
+    rng: Callable[[int], np.random.Generator],
+) -> Signal:
+    """Return ``seconds`` of random segments of ``recordings``, joined by `tactogram.signal.joining.extend`.
+
+    Longer recordings are drawn from more often; a segment has ``segment`` samples, crossfades included, or those of a
+    shorter recording. ``rng(k)`` is the generator of segment k.
+    """
+    share = np.array([len(signal) for signal in recordings], dtype=np.float64)
+    share /= share.sum()
+
+    def draw(number: int) -> Signal:
+        drawn = rng(number)
+        signal = recordings[int(drawn.choice(len(recordings), p=share))]
+        length = min(segment, len(signal))
+        start = int(drawn.integers(len(signal) - length + 1))
+        return signal.cut(start, start + length)
+
+    return extend(draw, seconds=seconds, overlap_s=overlap_s, search_s=search_s)

@@ -35,9 +35,9 @@ import scipy
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.signal.autoregressive import checked_weights, symmetric_root
 from tactogram.signal.filters import minimum_phase
 from tactogram.signal.local_amplitudes import LEVELS as LOCAL_LEVELS, WINDOWS_S
-from tactogram.signal.mixing import checked_weights, symmetric_root
 from tactogram.signal.tones import Tones, mix_tones
 
 Array = NDArray[np.float64]

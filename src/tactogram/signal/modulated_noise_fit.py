@@ -11,8 +11,8 @@ import scipy
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.signal.autoregressive import symmetric_root
 from tactogram.signal.local_amplitudes import local_quantiles
-from tactogram.signal.mixing import symmetric_root
 from tactogram.signal.modulated_noise import (
     BANDS,
     FRAME_S,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
@@ -87,9 +86,9 @@ class Signal:
         return np.array(self.samples, dtype, copy=copy)
 
     def _repr_html_(self) -> str:
-        # By name: it resamples signals, by functions that import this module.
-        page: str = import_module("tactogram.signal.notebook").signal_html(self)
-        return page
+        from tactogram.signal.notebook import signal_html
+
+        return signal_html(self)
 
     def plot(self, *, title: str = "", shown: float = 2.0) -> NDArray[Any]:
         """Draw waveform and spectrogram of each axis in a new figure of pyplot.

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.signal.autoregressive import AutoregressiveModel, mix
-from tactogram.signal.mixing import symmetric_root
+from tactogram.signal.autoregressive import AutoregressiveModel, mix, symmetric_root
 from tactogram.signal.signal import Signal
 
 Array = NDArray[np.float64]

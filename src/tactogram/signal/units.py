@@ -11,123 +11,115 @@ from tactogram.signal.signal import UNITS
 STANDARD_GRAVITY = 9.80665
 """m/s^2 (BIPM, CGPM 1901)."""
 
-_ACCELERATION = {
-    "m/s^2": 1.0,
-    "mm/s^2": 1e-3,
-    "cm/s^2": 1e-2,
-    "ft/s^2": 0.3048,
-    "in/s^2": 0.0254,
-    "g": STANDARD_GRAVITY,
-    "ug": 1e-6 * STANDARD_GRAVITY,
-    "mg": 1e-3 * STANDARD_GRAVITY,
-}
-_FORCE = {
-    "N": 1.0,
-    "mN": 1e-3,
-    "cN": 1e-2,
-    "daN": 10.0,
-    "kN": 1e3,
-    "gf": 1e-3 * STANDARD_GRAVITY,
-    "kgf": STANDARD_GRAVITY,
-    "lbf": 4.4482216,
-}
-_SPELLINGS: dict[str, tuple[str, float]] = {
-    **{name: ("m/s^2", factor) for name, factor in _ACCELERATION.items()},
-    **{name: ("N", factor) for name, factor in _FORCE.items()},
-    **{
-        f"{name}/s": ("m/s", factor)
-        for name, factor in (
-            ("m", 1.0),
-            ("cm", 1e-2),
-            ("mm", 1e-3),
-            ("um", 1e-6),
-            ("in", 0.0254),
-            ("ft", 0.3048),
-        )
-    },
-    "mm/min": ("m/s", 1e-3 / 60),
-    **{
-        name: ("m", factor)
-        for name, factor in (("m", 1.0), ("cm", 1e-2), ("mm", 1e-3), ("um", 1e-6), ("nm", 1e-9))
-    },
-    **{name: ("V", factor) for name, factor in (("V", 1.0), ("mV", 1e-3), ("uV", 1e-6))},
-    **{
-        name: ("Pa", factor)
-        for name, factor in (
-            ("Pa", 1.0),
-            ("hPa", 1e2),
-            ("kPa", 1e3),
-            ("mbar", 1e2),
-            ("bar", 1e5),
-            ("psi", 6894.757),
-        )
-    },
-    **{name: ("T", factor) for name, factor in (("T", 1.0), ("mT", 1e-3), ("uT", 1e-6), ("nT", 1e-9))},
-    **{name: ("T", factor) for name, factor in (("gauss", 1e-4), ("mgauss", 1e-7))},
-    "rad/s": ("rad/s", 1.0),
-    "mrad/s": ("rad/s", 1e-3),
-    "deg/s": ("rad/s", math.radians(1)),
-    "mdeg/s": ("rad/s", math.radians(1e-3)),
-    "rad": ("rad", 1.0),
-    "deg": ("rad", math.radians(1)),
-    "1": ("1", 1.0),
-    "-": ("1", 1.0),
-    "%": ("1", 1e-2),
-    **dict.fromkeys(("counts", "count", "lsb", "raw", "adc", "digits", "a.u.", "au", "n/a"), ("1", 1.0)),
-}
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Of time stamps, s."""
-_SECONDS = {**TIME_UNITS, "min": 60.0, "h": 3600.0, "d": 86_400.0}
+_TABLE = """
+[m/s^2]
+m/s^2 1 meters/second^2 metres/second^2 meter/second^2 mps2 mps^2 ms2 ms-2 ms^-2 m*s-2 m*s^-2 m/s2 m/s/s m/ss m_s2
+m/s^2 1 meterspersecondsquared metrespersecondsquared meterpersecondsquared m/secondsquared
+mm/s^2 1e-3 mm/s2 mm/s/s
+cm/s^2 1e-2 cm/s2 gal
+ft/s^2 0.3048 ft/s2 fps2 fps^2
+in/s^2 0.0254 in/s2 ips2
+ug 1e-6*g micro-g microg
+g 1*g g's gs gn g_n g0 g_0 gee gees gravity gravities gravitys g-force standardgravity
+mg 1e-3*g milli-g millig mgee mg's milligs milligravity
+[m/s]
+in/s 0.0254 ips
+m/s 1 mps meterspersecond metrespersecond
+cm/s 1e-2
+mm/s 1e-3 mmps millimeterspersecond millimetrespersecond
+um/s 1e-6
+ft/s 0.3048
+mm/min 1e-3/60
+[m]
+m 1 meter meters metre metres
+cm 1e-2
+mm 1e-3 millimeter millimeters millimetre millimetres
+um 1e-6 micron microns micrometer micrometers micrometre micrometres
+nm 1e-9
+[N]
+N 1 n newton newtons
+mN 1e-3 mn millinewton millinewtons
+cN 1e-2
+daN 10
+kN 1e3 kn kilonewton kilonewtons
+gf 1e-3*g gram-force gramforce grams-force p pond
+kgf 1*g kp kilopond kilogram-force
+lbf 4.4482216 lb lbs pound pounds lb-force pound-force lb_f
+[V]
+V 1 v volt volts vdc
+mV 1e-3 mv millivolt millivolts mvolt mvolts
+uV 1e-6 uv microvolt microvolts
+[Pa]
+Pa 1 pa pascal pascals
+hPa 1e2 hpa
+kPa 1e3 kpa kilopascal kilopascals
+mbar 1e2
+bar 1e5
+psi 6894.757
+[T]
+uT 1e-6 ut microtesla microteslas
+T 1 tesla
+mT 1e-3
+nT 1e-9
+gauss 1e-4 gs gauss
+mgauss 1e-7 milligauss mgs
+[rad/s]
+deg/s 1*deg dps degps degrees/s degree/s degreespersecond degpersec °/s º/s
+mdeg/s 1e-3*deg mdps
+rad/s 1 rps radps rads radians/s radianspersecond radian/s
+mrad/s 1e-3
+[rad]
+deg 1*deg ° º degree degrees
+rad 1 radian radians
+[s]
+s 1 sec secs second seconds sek sekunden sekunde secondes segundos secondi 秒
+ms 1e-3 msec msecs millisec millis millisecond milliseconds millisekunden ミリ秒 毫秒
+us 1e-6 usec usecs micros microsec microsecond microseconds マイクロ秒 微秒
+ns 1e-9 nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds ナノ秒 纳秒
+min 60 minute minutes
+h 3600 hour hours hr hrs
+d 86400 day days
+[1]
+1 1 none unitless dimensionless
+- 1
+% 1e-2
+counts 1
+count 1
+lsb 1
+raw 1
+adc 1
+digits 1
+a.u. 1
+au 1
+n/a 1
+"""
+"""By unit of a Signal, or of time: each unit, its factor, and whole words and plain variants of it, in lower case; of a
+word that stands twice the first place counts."""
 
-_WORDS = {
-    # Whole words and plain variants, in lower case, by the spelling above.
-    "m/s^2": "meters/second^2 metres/second^2 meter/second^2 mps2 mps^2 ms2 ms-2 ms^-2 m*s-2 m*s^-2 m/s2 m/s/s m/ss "
-    "m_s2 meterspersecondsquared metrespersecondsquared "
-    "meterpersecondsquared m/secondsquared",
-    "mm/s^2": "mm/s2 mm/s/s",
-    "cm/s^2": "cm/s2 gal",
-    "ft/s^2": "ft/s2 fps2 fps^2",
-    "in/s^2": "in/s2 ips2",
-    "ug": "micro-g microg",
-    "in/s": "ips",
-    "g": "g's gs gn g_n g0 g_0 gee gees gravity gravities gravitys g-force standardgravity",
-    "mg": "milli-g millig mgee mg's milligs milligravity",
-    "m/s": "mps meterspersecond metrespersecond",
-    "mm/s": "mmps millimeterspersecond millimetrespersecond",
-    "m": "meter meters metre metres",
-    "mm": "millimeter millimeters millimetre millimetres",
-    "um": "micron microns micrometer micrometers micrometre micrometres",
-    "N": "n newton newtons",
-    "mN": "mn millinewton millinewtons",
-    "kN": "kn kilonewton kilonewtons",
-    "gf": "gram-force gramforce grams-force p pond",
-    "kgf": "kp kilopond kilogram-force",
-    "lbf": "lb lbs pound pounds lb-force pound-force lb_f",
-    "V": "v volt volts vdc",
-    "mV": "mv millivolt millivolts mvolt mvolts",
-    "uV": "uv microvolt microvolts",
-    "Pa": "pa pascal pascals",
-    "hPa": "hpa",
-    "kPa": "kpa kilopascal kilopascals",
-    "uT": "ut microtesla microteslas",
-    "T": "tesla",
-    "gauss": "gs gauss",
-    "mgauss": "milligauss mgs",
-    "deg/s": "dps degps degrees/s degree/s degreespersecond degpersec °/s º/s",
-    "mdeg/s": "mdps",
-    "rad/s": "rps radps rads radians/s radianspersecond radian/s",
-    "deg": "° º degree degrees",
-    "rad": "radian radians",
-    "s": "sec secs second seconds sek sekunden sekunde secondes segundos secondi 秒",
-    "ms": "msec msecs millisec millis millisecond milliseconds millisekunden ミリ秒 毫秒",
-    "us": "usec usecs micros microsec microsecond microseconds マイクロ秒 微秒",
-    "ns": "nsec nsecs nanos nanosec nanosecs nanosecond nanoseconds ナノ秒 纳秒",
-    "min": "minute minutes",
-    "h": "hour hours hr hrs",
-    "d": "day days",
-    "1": "none unitless dimensionless",
-}  # fmt: skip
-_BY_WORD = {word: unit for unit, words in reversed(_WORDS.items()) for word in words.split()}
+
+def _read_table() -> tuple[dict[str, tuple[str, float]], dict[str, str]]:
+    """Return signal unit and factor of each unit, and the unit of each word."""
+    constants = {"g": STANDARD_GRAVITY, "deg": math.radians(1)}
+    units: dict[str, tuple[str, float]] = {}
+    by_word: dict[str, str] = {}
+    of = ""
+    for unit, *rest in map(str.split, _TABLE.strip().splitlines()):
+        if not rest:
+            of = unit.strip("[]")
+            continue
+        number, _, constant = rest[0].partition("*")
+        number, _, divisor = number.partition("/")
+        units[unit] = of, float(number) * constants.get(constant, 1.0) / float(divisor or 1)
+        for word in rest[1:]:
+            by_word.setdefault(word, unit)
+    return units, by_word
+
+
+_UNITS, _BY_WORD = _read_table()
+_SPELLINGS = {unit: found for unit, found in _UNITS.items() if found[0] != "s"}
+_SECONDS = {unit: seconds for unit, (of, seconds) in _UNITS.items() if of == "s"}
 
 
 def parse_unit(text: str) -> tuple[str, float]:

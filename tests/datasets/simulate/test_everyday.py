@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import welch
 
 from tactogram.datasets.simulate import make, tasks
-from tactogram.datasets.simulate.everyday import EVERYDAY, KINDS, RELIEF, SYNONYMS, known_from
+from tactogram.datasets.simulate.everyday import EVERYDAY, KINDS, ROWS, SYNONYMS, known_from
 from tactogram.datasets.simulate.random_surfaces import FORCES_N, SPEEDS_MM_S
 from tactogram.datasets.simulate.stroke import RecordingTask
 
@@ -25,9 +25,8 @@ def test_names_are_different_and_only_surfaces_have_others():
 
 
 def test_each_surface_is_of_one_kind_and_says_what_it_was_set_from():
-    members = [name for names in RELIEF.values() for name in names]
-    assert sorted(members) == sorted(surface.name for surface in EVERYDAY)
-    assert set(RELIEF) == set(KINDS)
+    assert [*ROWS] == [surface.name for surface in EVERYDAY]
+    assert {row["kind"] for row in ROWS.values()} == set(KINDS)
     assert "the mean of 14 real materials of the kind fabric" in known_from("velvet")
     assert "of 60 real materials of all kinds" in known_from("oak")
 
@@ -37,7 +36,7 @@ def test_a_kind_has_the_level_of_its_real_materials(kind):
     """By a stylus at 120 mm/s and 1 N, 20 to 480 Hz, other strokes than the heights were set with."""
     names = [surface.name for surface in EVERYDAY]
     found = []
-    for name in list(RELIEF[kind])[:4]:
+    for name in [name for name, row in ROWS.items() if row["kind"] == kind][:4]:
         task = RecordingTask(
             "everyday", 9, names.index(name), "stylus", 120.0, 1, 2.0, 2500.0, 1.0, own_image=False
         )

@@ -5,8 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import GenerationResult
-from tactogram.evaluation.generation.measures import describe_measures
+from tactogram.evaluation.generation.comparison import GenerationResult, describe_measures
 from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.measures import signal_measures

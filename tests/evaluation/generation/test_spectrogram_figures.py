@@ -4,7 +4,7 @@ from PIL import Image as Pillow
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
-from tactogram.evaluation.mixing.figures import mixing_figure
+from tactogram.evaluation.mixing.ladder import mixing_figure
 from tactogram.evaluation.mixing.placement import positions
 from tactogram.evaluation.report import save_figure
 from tactogram.signal import Signal

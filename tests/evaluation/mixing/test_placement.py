@@ -4,8 +4,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.mixing.ordering import order_of
-from tactogram.evaluation.mixing.placement import OVERALL, IndistinctEndsError, positions
+from tactogram.evaluation.mixing.placement import OVERALL, IndistinctEndsError, order_of, positions
 from tactogram.evaluation.mixing.texture_features import texture_features
 from tactogram.signal import Signal
 

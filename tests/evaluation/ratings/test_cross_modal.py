@@ -6,8 +6,13 @@ from scipy import stats
 
 from tactogram.datasets.ratings.ratings import Ratings, Scale
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.cross_modal import compare_cross_modal, errors_of
-from tactogram.evaluation.ratings.cross_modal_figures import overall_figure, per_word_figure, stars
+from tactogram.evaluation.ratings.cross_modal import (
+    compare_cross_modal,
+    errors_of,
+    overall_figure,
+    per_word_figure,
+    stars,
+)
 from tactogram.statistics.comparison import steel_dwass
 
 WORDS = ("rough", "sleek")

@@ -8,7 +8,7 @@ import pytest
 
 from tactogram.datasets import Examples, Recording, create_store
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.generation.measures import describe_measures
+from tactogram.evaluation.generation.comparison import describe_measures
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.generator import _ConditionedGenerator, evaluate_generator

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from tactogram.datasets import open_store
-from tactogram.datasets.store.appending import append_recording, recover_store
 from tactogram.datasets.store.store import problems
+from tactogram.datasets.store.writing import append_recording, recover_store
 from tactogram.errors import DataError, ParameterError
 from tactogram_capture.session.console import LineConsole
 from tactogram_capture.session.journal import Journal
@@ -316,7 +316,7 @@ def test_another_process_may_add_to_the_store_meanwhile(tmp_path, played, monkey
     run(tmp_path / "t", played(seed=1), answers="b\na\nq\n")
     run(tmp_path / "u", played(seed=2), answers="b\na\nq\n")
     [mine], [theirs] = stored(tmp_path / "t"), stored(tmp_path / "u")
-    from tactogram.datasets.store import appending
+    from tactogram.datasets.store import writing
 
     opened = []
 
@@ -327,7 +327,7 @@ def test_another_process_may_add_to_the_store_meanwhile(tmp_path, played, monkey
             append_recording(path, theirs, name="s", licence="x")
         return store
 
-    monkeypatch.setattr(appending, "open_store", opening)
+    monkeypatch.setattr(writing, "open_store", opening)
     append_recording(tmp_path / "s", mine, name="s", licence="x")
     assert {mine.id, theirs.id} < {r.id for r in stored(tmp_path / "s")}
     assert len(stored(tmp_path / "s")) == 3

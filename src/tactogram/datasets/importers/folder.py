@@ -32,8 +32,7 @@ from tactogram.datasets.cells import finite_number
 from tactogram.datasets.file_parts import FilePart, has_labels, read_parts
 from tactogram.datasets.importer import ImportedPhotograph, ImportItem, LeftOut, check_positive, files_below
 from tactogram.datasets.mapping import TableMapping
-from tactogram.datasets.path_pattern import PathPattern
-from tactogram.datasets.path_reading import PathReading, read_paths
+from tactogram.datasets.path_reading import PathPattern, PathReading, read_paths
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.datasets.takes import Take, is_no_signal, quantity_of, takes

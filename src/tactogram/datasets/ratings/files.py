@@ -6,16 +6,13 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from tactogram.datasets.parquet_table import read_parquet
-from tactogram.datasets.ratings.ratings import Ratings, Scale
+from tactogram.datasets.ratings.ratings import COLUMNS, Ratings, Scale
 from tactogram.errors import DataError
 from tactogram.signal.io.atomic import atomic_write
-
-COLUMNS = ("rater", "item", "word", "score", "order", "session")
 
 
 def write_ratings(path: Path, ratings: Ratings) -> None:
@@ -32,15 +29,6 @@ def read_ratings(file: Path | pa.NativeFile, *, name: str = "") -> Ratings:
         table = read_parquet(file, name)
         about = json.loads((table.schema.metadata or {})[b"tactogram"])
         columns = {name: table[name].to_pylist() for name in COLUMNS}
-        return Ratings(
-            tuple(columns["rater"]),
-            tuple(columns["item"]),
-            tuple(columns["word"]),
-            np.array(columns["score"], np.float64),
-            Scale(**about["scale"]),
-            np.array(columns["order"], np.int64),
-            tuple(columns["session"]),
-            tuple(about["words"]),
-        )
+        return Ratings(**columns, scale=Scale(**about["scale"]), words=tuple(about["words"]))
     except (KeyError, TypeError, ValueError, DataError) as error:
         raise DataError(f"{name or file}: not a table of ratings: {error}") from error

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.recording import RecordingInfo
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import ItemRatings
 
@@ -85,6 +84,9 @@ def scale_of(text: str) -> Scale:
             f"a scale must be 7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (-3:3:1), got {text!r}"
         ) from None
     return Scale(text, low, high, *rest)
+
+
+COLUMNS = ("rater", "item", "word", "score", "order", "session")
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,21 +218,11 @@ class Ratings:
 
     def select(self, *, items: Sequence[str] | None = None, raters: Sequence[str] | None = None) -> Ratings:
         """Return the rows of some items or raters."""
-        wanted, people = (
-            set(self.items if items is None else items),
-            set(self.raters if raters is None else raters),
-        )
+        wanted = set(self.items if items is None else items)
+        people = set(self.raters if raters is None else raters)
         keep = [n for n in range(len(self)) if self.item[n] in wanted and self.rater[n] in people]
-        return Ratings(
-            tuple(self.rater[n] for n in keep),
-            tuple(self.item[n] for n in keep),
-            tuple(self.word[n] for n in keep),
-            self.score[keep],
-            self.scale,
-            None if self.order is None else self.order[keep],
-            tuple(self.session[n] for n in keep),
-            self.words,
-        )
+        kept: dict[str, Any] = {name: [getattr(self, name)[n] for n in keep] for name in COLUMNS}
+        return replace(self, **kept)
 
     def in_words(self, words: Sequence[str]) -> Ratings:
         """Return the same ratings with their words in another order; `DataError` if ``words`` are others."""
@@ -252,16 +244,8 @@ def join_ratings(tables: Sequence[Ratings]) -> Ratings:
                 f"{first.scale} ({', '.join(first.words)}) and {other.scale} ({', '.join(other.words)}); words=A,B "
                 "names the words of all"
             )
-    return Ratings(
-        tuple(name for table in tables for name in table.rater),
-        tuple(name for table in tables for name in table.item),
-        tuple(name for table in tables for name in table.word),
-        np.concatenate([table.score for table in tables]),
-        first.scale,
-        np.concatenate([np.asarray(table.order) for table in tables]),
-        tuple(name for table in tables for name in table.session),
-        first.words,
-    )
+    every: dict[str, Any] = {name: [x for table in tables for x in getattr(table, name)] for name in COLUMNS}
+    return replace(first, **every)
 
 
 def check_rows(
@@ -295,8 +279,3 @@ def check_rows(
 def _frozen(values: NDArray[Any]) -> NDArray[Any]:
     values.flags.writeable = False
     return values
-
-
-def item_of(info: RecordingInfo) -> str | None:
-    """Return the item that a recording belongs to in ratings: its label ``item``, else its material."""
-    return info.labels.get("item") or info.material

@@ -16,18 +16,14 @@ from scipy.fft import rfft2
 
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.simulate.contact import FINGER, ContactSignals, feel, transmission
+from tactogram.datasets.simulate.materials import surfaces_of
 from tactogram.datasets.simulate.photo import render
 from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, stroke
 from tactogram.datasets.simulate.surfaces import (
     MM_PER_PIXEL,
     PATCH_MM,
     SIZE,
-    Appearance,
-    Grating,
-    Particles,
-    Roughness,
     Surface,
-    Weave,
     frequencies,
     height_field,
     inverse,
@@ -43,33 +39,7 @@ LEAD_MM = 6.0
 """Distance before and after the photographed area, in which the finger speeds up and slows down."""
 INTERNAL_RATE = 8000.0
 
-FABRICS = (
-    Surface(
-        "sim-linen", (Weave(1.1, 0.10), Roughness(0.014, 1.4, 0.1, 5)),
-        0.38, 1.1, stiffness_n_m=3500, loss=0.5, look=Appearance((0.52, 0.46, 0.34), (0.20, 0.16, 0.10), 0.05, 1.0),
-    ),
-    Surface(
-        "sim-denim", (Grating(1.7, 0.16, 45, 1.2), Weave(0.8, 0.04), Roughness(0.012, 1.5, 0.2, 5)),
-        0.52, 1.15, stiffness_n_m=4500, loss=0.4, look=Appearance((0.13, 0.18, 0.36), (0.05, 0.06, 0.14), 0.08, 1.0),
-    ),
-    Surface(
-        "sim-corduroy", (Grating(3.2, 0.45, 0, 0.8, 0.3), Roughness(0.025, 1.2, 0.3, 6)),
-        0.70, 1.1, stiffness_n_m=2500, loss=0.6, look=Appearance((0.34, 0.22, 0.10), (0.08, 0.05, 0.02), 0.12, 1.5),
-    ),
-    Surface(
-        "sim-terry", (Particles(0.5, 0.9, 0.45, 0.6), Roughness(0.030, 1.2, 0.3, 6)),
-        0.85, 1.1, stiffness_n_m=1800, loss=0.7, look=Appearance((0.60, 0.55, 0.52), (0.24, 0.20, 0.20), 0.10, 1.0),
-    ),
-    Surface(
-        "sim-satin", (Roughness(0.0045, 1.8, 0.1, 4, 8.0), Grating(0.6, 0.012, 90)),
-        0.22, 1.2, stiffness_n_m=3500, loss=0.4, look=Appearance((0.50, 0.10, 0.16), (0.40, 0.07, 0.12), 0.02, 6.0,
-        8.0, 0.1),
-    ),
-    Surface(
-        "sim-knit", (Grating(2.3, 0.22, 0, 1.0, 0.2), Grating(1.5, 0.14, 90, 1.0), Roughness(0.020, 1.3, 0.2, 6)),
-        0.60, 1.1, stiffness_n_m=2000, loss=0.6, look=Appearance((0.20, 0.40, 0.30), (0.06, 0.14, 0.10), 0.08, 1.2),
-    ),
-)  # fmt: skip
+FABRICS = surfaces_of("fabrics")
 
 
 def fabric(surface: Surface, task: RecordingTask) -> Recording:

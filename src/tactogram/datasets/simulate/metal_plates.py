@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.simulate.contact import Contactor
-from tactogram.datasets.simulate.surfaces import Appearance, Grating, Particles, Roughness, Surface
+from tactogram.datasets.simulate.materials import rows, surfaces_of
+from tactogram.datasets.simulate.surfaces import Surface
 
 FINEST_PER_MM, COARSEST_PER_MM = 50.0, 5.0
 """Cycles per mm covered by `Plate.fine_um`: from the limit of height fields to a fiftieth of a millimetre."""
@@ -37,74 +38,12 @@ class Plate:
         return self.surface.name
 
 
-def _plate(
-    number: int,
-    made: str,
-    textures: tuple[Grating | Particles | Roughness, ...],
-    *,
-    fine_um: float,
-    friction: float,
-    stiction: float = 1.1,
-    gloss: float = 0.2,
-) -> Plate:
-    look = Appearance((0.36, 0.36, 0.38), (0.22, 0.22, 0.23), 0.03, 2.0, gloss=gloss)
-    name = f"plate{number:02d}"
-    return Plate(Surface(name, textures, friction, stiction, 15.0, 1e6, look=look), made, fine_um)
-
-
 # Friction of a finger on metal: high on polished plates, all of which the skin touches, low where fine asperities carry
 # the finger (Derler & Gerhardt 2012, Tribol. Lett. 45:1).
-PLATES = (
-    _plate(
-        1, "mirror-polished", (Roughness(0.0001, 2.0, 0.1, 5),),
-        fine_um=0.05, friction=0.75, stiction=1.5, gloss=0.9,
-    ),
-    _plate(
-        2, "buffed", (Roughness(0.0005, 2.0, 0.1, 6),),
-        fine_um=0.3, friction=0.45, stiction=1.2, gloss=0.6,
-    ),
-    _plate(
-        3, "brushed across the stroke", (Roughness(0.0025, 1.0, 0.5, 8, 12.0),),
-        fine_um=1.2, friction=0.32,
-    ),
-    _plate(
-        4, "sandblasted, fine grit", (Roughness(0.004, 1.2, 0.5, 8),),
-        fine_um=2.5, friction=0.30, gloss=0.05,
-    ),
-    _plate(
-        5, "sandblasted, coarse grit", (Roughness(0.022, 1.2, 0.4, 6),),
-        fine_um=6.0, friction=0.42, gloss=0.02,
-    ),
-    _plate(
-        6, "spark-eroded", (Roughness(0.012, 0.8, 0.8, 8), Particles(3.0, 0.25, -0.03)),
-        fine_um=5.0, friction=0.38, gloss=0.02,
-    ),
-    _plate(
-        7, "etched grid, 0.8 mm", (Grating(0.8, 0.06, 0, 3.0), Grating(0.8, 0.06, 90, 3.0)),
-        fine_um=1.5, friction=0.36,
-    ),
-    _plate(
-        8, "knurled, 1.2 mm diamonds", (Grating(1.2, 0.22, 45, 2.5), Grating(1.2, 0.22, -45, 2.5)),
-        fine_um=2.0, friction=0.55,
-    ),
-    _plate(
-        9, "grooved, 2.5 mm ridges", (Grating(2.5, 0.30, 0, 2.0),),
-        fine_um=0.8, friction=0.40,
-    ),
-    _plate(
-        10, "punched, 3 mm holes", (Particles(0.05, 1.5, -0.45, 1.0, 0.35),),
-        fine_um=0.4, friction=0.45, gloss=0.4,
-    ),
-    _plate(
-        11, "embossed, 6 mm studs", (Particles(0.03, 2.4, 0.60, 1.0), Roughness(0.0008, 2.0, 0.1, 6)),
-        fine_um=0.5, friction=0.42, gloss=0.4,
-    ),
-    _plate(
-        12, "cast and hammered",
-        (Roughness(0.10, 2.5, 0.08, 1.0), Particles(0.12, 1.6, 0.25, 0.3), Roughness(0.012, 1.2, 0.5, 6)),
-        fine_um=4.0, friction=0.48, gloss=0.05,
-    ),
-)  # fmt: skip
+PLATES = tuple(
+    Plate(surface, row["made"], float(row["fine_um"]))
+    for surface, row in zip(surfaces_of("ultrasonic"), rows("ultrasonic"), strict=True)
+)
 """``plate01`` to ``plate12``."""
 
 

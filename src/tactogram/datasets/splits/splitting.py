@@ -9,8 +9,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from tactogram.datasets.labels import Label, label_of
-from tactogram.datasets.recording import RecordingInfo, natural_key
+from tactogram.datasets.recording import Label, RecordingInfo, label_of, natural_key
 from tactogram.datasets.splits.split import By, Segment, Split
 from tactogram.errors import ParameterError
 

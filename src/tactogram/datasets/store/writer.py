@@ -10,8 +10,8 @@ from typing import Self
 import numpy as np
 
 from tactogram.datasets.ratings.files import write_ratings
-from tactogram.datasets.ratings.ratings import Ratings, item_of
-from tactogram.datasets.recording import Recording, content_id
+from tactogram.datasets.ratings.ratings import Ratings
+from tactogram.datasets.recording import Recording, content_id, item_of
 from tactogram.datasets.store.layout import (
     FACTS,
     ID_TABLE,
@@ -41,7 +41,7 @@ class StoreWriter:
 
     Leaving its ``with`` block without `publish` or `finish` removes everything that was written, unless there is a
     checkpoint (`keep`) of ``job``. With ``durable`` the files survive a power cut
-    (`tactogram.datasets.store.appending`).
+    (`tactogram.datasets.store.writing`).
     """
 
     def __init__(

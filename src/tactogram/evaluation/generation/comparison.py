@@ -1,4 +1,4 @@
-"""Comparison of a generator with its floor, its ceiling and the baselines."""
+"""Comparison of a generator with its floor, its ceiling and the baselines; descriptions of all its measures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tactogram.evaluation.measures import mean_interval, wilson
+from tactogram.evaluation.measures import mean_interval, signal_measures, wilson
 
 MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
 """Columns of a row: the model, real against other real recordings, other materials (mean), the nearest of them."""
@@ -176,3 +176,44 @@ class GenerationResult:
 def _mean(values: Iterable[float | None]) -> float | None:
     known = [value for value in values if value is not None]
     return float(np.mean(known)) if known else None
+
+
+@dataclass(frozen=True)
+class MeasureInfo:
+    """Description of a measure, for tables."""
+
+    title: str
+    better: BetterDirection = "lower"
+    unit: str = ""
+
+
+EMBEDDING_MEASURES: Mapping[str, MeasureInfo] = {
+    "frechet_distance": MeasureInfo("Fréchet distance in the embedding"),
+    "precision": MeasureInfo("precision: share of the generated that lies among the real", "higher"),
+    "recall": MeasureInfo("recall: share of the real that lies among the generated", "higher"),
+    "density": MeasureInfo("density of the real around the generated", "higher"),
+    "coverage": MeasureInfo("coverage: share of the real with generated nearby", "higher"),
+    "two_sample_accuracy": MeasureInfo("nearest-neighbour two-sample accuracy"),
+}
+MEMORY_MEASURES: Mapping[str, MeasureInfo] = {
+    "memorised_share": MeasureInfo("share nearer to the training data than unseen recordings"),
+    "training_correlation": MeasureInfo("largest correlation with the training data, median"),
+}
+CLASSIFIER_MEASURES: Mapping[str, MeasureInfo] = {
+    "recognised_accuracy": MeasureInfo("classified correctly by the stroke_cnn trained on real", "higher"),
+    "tested_on_generated_accuracy": MeasureInfo(
+        "classified correctly by a discriminant trained on real", "higher"
+    ),
+    "trained_on_generated_accuracy": MeasureInfo(
+        "real classified correctly by a discriminant trained on it", "higher"
+    ),
+}
+
+
+def describe_measures() -> dict[str, MeasureInfo]:
+    """Return the description of every measure, by its name in results."""
+    signals = {
+        name: MeasureInfo(measure.title, unit="" if measure.unit == "1" else measure.unit)
+        for name, measure in signal_measures().items()
+    }
+    return signals | {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}

@@ -10,7 +10,6 @@ material, and floor, ceiling and baselines all use the training part.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol, TypeVar
@@ -18,21 +17,26 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.examples import cores
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.comparison import (
     CEILING,
+    EMBEDDING_MEASURES,
     FLOOR,
+    MEMORY_MEASURES,
     MODEL,
     NEAREST,
     OTHERS,
     TEST,
     GenerationResult,
     Tables,
+    describe_measures,
 )
-from tactogram.evaluation.generation.copies import measure_memorisation
-from tactogram.evaluation.generation.measures import EMBEDDING_MEASURES, MEMORY_MEASURES, describe_measures
-from tactogram.evaluation.generation.recognition import measure_classification, measure_transfer
+from tactogram.evaluation.generation.recognition import (
+    measure_classification,
+    measure_memorisation,
+    measure_transfer,
+    tables_of,
+)
 from tactogram.evaluation.generation.segments import PiecePlan, PieceSet, plan_pieces
 from tactogram.evaluation.measures import (
     Fit,
@@ -169,13 +173,7 @@ def _compared(
             for name, floor in values[FLOOR].items()
         }
 
-    tables: Tables = {}
-    with ThreadPoolExecutor(workers or cores()) as pool:
-        for done, (material, row) in enumerate(zip(materials, pool.map(rows, materials), strict=True), 1):
-            for name, values in row.items():
-                tables.setdefault(name, {})[material] = values
-            on_part(done, len(materials))
-    return tables
+    return tables_of(rows, materials, workers, on_part)
 
 
 def _ceiling(others: Sequence[float | None], floor: float | None) -> dict[str, float | None]:

@@ -9,8 +9,15 @@ from matplotlib.colors import Colormap, LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from tactogram.evaluation.figures import spectra_figure
-from tactogram.evaluation.generation.comparison import CEILING, FLOOR, MODEL, NEAREST, GenerationResult
-from tactogram.evaluation.generation.measures import MeasureInfo, describe_measures
+from tactogram.evaluation.generation.comparison import (
+    CEILING,
+    FLOOR,
+    MODEL,
+    NEAREST,
+    GenerationResult,
+    MeasureInfo,
+    describe_measures,
+)
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
 from tactogram.evaluation.report import (
     Block,

@@ -1,7 +1,7 @@
 """Measures of how similar generated signals are to real ones: one function each, with its formula and source.
 
-`signal_measures` returns the measures of two sets of signals; the others are of points in an embedding, of copies, of
-labels and of pairs. ``docs/measures.md`` lists what each one detects and what it is blind to.
+`signal_measures` returns the measures of two sets of signals; the others are of points in an embedding, of copies and
+of labels. ``docs/measures.md`` lists what each one detects and what it is blind to.
 """
 
 from tactogram.evaluation.measures.distances.amplitude_distance import (
@@ -54,11 +54,5 @@ from tactogram.evaluation.measures.memorisation import (
     Memorisation as Memorisation,
     memorisation as memorisation,
     nearness as nearness,
-)
-from tactogram.evaluation.measures.paired import (
-    align as align,
-    signal_to_noise_ratio_db as signal_to_noise_ratio_db,
-    spqi as spqi,
-    st_sim as st_sim,
 )
 from tactogram.evaluation.measures.sets import segments as segments

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tactogram.evaluation.mixing.figures import mixing_figure
+from tactogram.errors import ParameterError
+from tactogram.evaluation.generation.spectrogram_figures import SHOWN_S, draw_spectrograms
+from tactogram.evaluation.measures.sets import check_alike
 from tactogram.evaluation.mixing.placement import MixingLadder
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, ReportTable, ReportText
 from tactogram.signal import Signal
+from tactogram.signal.figure import AXIS_COLOURS
+from tactogram.statistics.figures import INK
 
 Mode = Literal["sum", "add"]
 
@@ -115,3 +121,116 @@ class MixSeries:
                 *(ReportSound(signal, self.caption(k)) for k, signal in enumerate(self.shown)),
             ],
         )
+
+
+MARKERS = "s^vDP*"
+"""One per axis, so that lines are distinguishable without colour."""
+
+
+def mixing_figure(
+    steps: Sequence[Signal],
+    ladder: MixingLadder,
+    *,
+    start: str,
+    end: str,
+    start_weights: Sequence[float] | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw a ladder of mixes as in Figures 15 to 18 of Saga et al., and the positions of its steps below.
+
+    The weight of ``end`` is above each column, that of ``start`` below it. The lower left plot shows each step's
+    position between the ends with the spread of its signals, a line per axis and a thick one for all; the bands
+    around 0 and 1 are the spread of the ends. The lower right plot shows the distance from the line between the ends.
+
+    There is one of ``steps`` for each of the ladder's; ``start`` and ``end`` are the materials' names. The weights of
+    ``start`` are 1 - those of ``end`` by default. Raises `ParameterError` if the number of steps differs.
+    """
+    if len(steps) != len(ladder.weights):
+        raise ParameterError(f"steps must be {len(ladder.weights)} as in the ladder, got {len(steps)}")
+    first = check_alike(steps)
+    below = 1 - ladder.weights if start_weights is None else np.asarray(start_weights, float)
+    rows = len(first.axes)
+    figure = Figure(figsize=(10, 3.4 + 1.15 * rows), layout="constrained")
+    parts = figure.subfigures(2, 1, squeeze=False, height_ratios=(0.8 + 1.15 * rows, 2.6))
+    upper, lower = parts[:, 0]
+    grid = upper.subplots(rows, len(steps), squeeze=False)
+    draw_spectrograms(upper, grid, [steps], "dB")
+    for column, weight in enumerate(ladder.weights):
+        grid[0, column].set_title(f"{weight:.2g}", fontsize=8)
+        grid[-1, column].set_xlabel(f"{below[column]:.2g}", fontsize=8)
+        grid[-1, column].set_xticks([])
+    upper.suptitle(f"weight of {end}", fontsize=8)
+    upper.supxlabel(
+        f"weight of {start}   (each picture {min(first.seconds, SHOWN_S):.2g} s long)", fontsize=8
+    )
+    left, right = lower.subplots(1, 2, width_ratios=(2.2, 1))
+    _draw_positions(left, ladder, start, end)
+    _draw_off_line(right, ladder, end)
+    if title:
+        figure.suptitle(title, fontsize=10)
+    return figure
+
+
+def _draw_positions(place: Axes, ladder: MixingLadder, start: str, end: str) -> None:
+    for at, spread in zip((0, 1), ladder.end_spread[:, -1], strict=True):
+        place.axhspan(at - spread, at + spread, color="#d8dee4", lw=0)
+        place.axhline(at, color="#57606a", lw=0.8, ls=":")
+    place.axhline(0.5, color="#57606a", lw=0.8, ls="--")
+    _draw_axes(place, ladder, ladder.position)
+    place.errorbar(
+        ladder.weights,
+        ladder.position[:, -1],
+        ladder.spread[:, -1],
+        color=INK,
+        lw=2.2,
+        marker="o",
+        ms=4,
+        elinewidth=1.2,
+        capsize=3,
+        label="all axes",
+        zorder=3,
+    )
+    half = ladder.half_weight[-1]
+    if np.isfinite(half):
+        place.plot([half], [0.5], marker="D", ms=7, mfc="white", mec=INK, mew=1.5, zorder=4)
+        place.annotate(
+            f"half way at {half:.2f}", (half, 0.5), (8, -12), textcoords="offset points", fontsize=8
+        )
+    place.set_ylabel("position")
+    place.set_title(f"0: {start}   1: {end}   bars: ± 1 standard deviation over signals", fontsize=8)
+    if len(ladder.columns) > 2:
+        place.legend(frameon=False, fontsize=8, loc="best")
+    _label_weights(place, ladder, end)
+
+
+def _draw_off_line(place: Axes, ladder: MixingLadder, end: str) -> None:
+    _draw_axes(place, ladder, ladder.off_line)
+    place.plot(ladder.weights, ladder.off_line[:, -1], color=INK, lw=2.2, marker="o", ms=4)
+    place.set(ylabel="off the line", ylim=(-0.02, max(0.5, 1.1 * float(np.nanmax(ladder.off_line)))))
+    place.set_title("1: as far as the ends are apart", fontsize=8)
+    _label_weights(place, ladder, end)
+
+
+def _draw_axes(place: Axes, ladder: MixingLadder, values: NDArray[np.float64]) -> None:
+    """Draw a line per axis in which the ends differ, if there are several axes."""
+    axes = ladder.columns[:-1] if len(ladder.columns) > 2 else ()
+    for column, name in enumerate(axes):
+        if not np.isnan(values[:, column]).any():
+            place.plot(
+                ladder.weights,
+                values[:, column],
+                lw=1,
+                marker=MARKERS[column % len(MARKERS)],
+                ms=4,
+                color=AXIS_COLOURS[column % len(AXIS_COLOURS)],
+                label=name,
+            )
+
+
+def _label_weights(place: Axes, ladder: MixingLadder, end: str) -> None:
+    first, last = ladder.weights[0], ladder.weights[-1]
+    room = 0.04 * (last - first)
+    place.set(xlabel=f"weight of {end}", xlim=(first - room, last + room))
+    place.tick_params(labelsize=8)
+    place.xaxis.label.set_fontsize(8)
+    place.yaxis.label.set_fontsize(8)

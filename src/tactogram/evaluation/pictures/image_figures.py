@@ -6,15 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.evaluation.figures import plot_losses
 from tactogram.signal import Image
-
-SMOOTHED = 25
-"""Number of updates over which the darker line of a loss is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,28 +64,14 @@ def generated_figure(rows: Sequence[GeneratorRow], labels: Sequence[str], *, tit
                 fontsize=7,
                 transform=places[0].transAxes,
             )
-        _losses(cells[-1].subplots(), row.losses)
+        curves = cells[-1].subplots()
+        plot_losses(curves, row.losses)
+        curves.set_xlabel("update", fontsize=8)
+        curves.set_ylabel("loss", fontsize=8)
+        curves.set_ylim(bottom=0)
+        curves.tick_params(labelsize=7)
+        curves.legend(fontsize=7)
     return figure
-
-
-def _losses(axes: Axes, losses: Mapping[str, Sequence[tuple[int, float]]]) -> None:
-    for colour, (name, points) in zip(("tab:blue", "tab:orange"), losses.items(), strict=False):
-        steps, values = np.array(points, np.float64).T
-        axes.plot(steps, values, color=colour, alpha=0.3, linewidth=0.6)
-        axes.plot(steps, _smoothed(steps, values), color=colour, linewidth=1.2, label=name)
-    axes.set_xlabel("update", fontsize=8)
-    axes.set_ylabel("loss", fontsize=8)
-    axes.set_ylim(bottom=0)
-    axes.tick_params(labelsize=7)
-    axes.legend(fontsize=7)
-
-
-def _smoothed(steps: NDArray[np.float64], values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the mean over the updates within `SMOOTHED` before each."""
-    first = np.searchsorted(steps, steps - SMOOTHED, side="right")
-    total = np.concatenate([[0.0], np.cumsum(values)])
-    last = np.arange(1, len(values) + 1)
-    return np.asarray((total[last] - total[first]) / (last - first))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
 
 from tactogram.errors import ParameterError
 
@@ -68,11 +69,8 @@ def mean_distance(images: Images) -> float:
     """Return the root mean square difference of two images, mean over all pairs; `ParameterError` below 2 images."""
     if len(images) < 2:
         raise ParameterError(f"images must be at least 2 to differ, got {len(images)}")
-    flat = images.reshape(len(images), -1).astype(np.float64)
-    power = np.square(flat).sum(1)
-    square = power[:, None] + power[None] - 2 * flat @ flat.T
-    above = np.triu_indices(len(images), 1)
-    return float(np.sqrt(np.maximum(square[above], 0) / flat.shape[1]).mean())
+    flat = images.reshape(len(images), -1)
+    return float(pdist(flat).mean() / np.sqrt(flat.shape[1]))
 
 
 def image_spread(

@@ -12,6 +12,7 @@ from scipy import stats
 
 from tactogram.errors import ParameterError
 from tactogram.statistics.groups import nan_mean
+from tactogram.text_files import finite_json
 
 Floats = NDArray[np.float64]
 SPLITS = 100
@@ -57,14 +58,14 @@ class PredictedRatings:
         split, alone = split_half_error(self.cube, rng=rng), one_rater_error(self.cube)
         rows = {
             word: self._row(np.s_[..., n : n + 1])
-            | {"split_half_mae": _number(split[n]), "one_rater_mae": _number(alone[n])}
+            | {"split_half_mae": finite_json(split[n]), "one_rater_mae": finite_json(alone[n])}
             for n, word in enumerate(self.words)
         }
         correlations = [row["rank_correlation"] for row in rows.values()]
         known = [value for value in correlations if value is not None]
         mean = self._row(np.s_[...]) | {
-            "split_half_mae": _number(np.nanmean(split) if not np.isnan(split).all() else np.nan),
-            "one_rater_mae": _number(np.nanmean(alone) if not np.isnan(alone).all() else np.nan),
+            "split_half_mae": finite_json(np.nanmean(split) if not np.isnan(split).all() else np.nan),
+            "one_rater_mae": finite_json(np.nanmean(alone) if not np.isnan(alone).all() else np.nan),
             "rank_correlation": float(np.mean(known)) if known else None,
             "rank_correlation_sd": None,
         }
@@ -150,7 +151,3 @@ def _correlation(said: Floats, truth: Floats) -> float | None:
     if both.sum() < FEWEST_PAIRS or np.ptp(said[both]) == 0 or np.ptp(truth[both]) == 0:
         return None
     return float(stats.spearmanr(said[both], truth[both]).statistic)
-
-
-def _number(value: float | np.floating[Any]) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -11,7 +11,6 @@ References
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +22,7 @@ from tactogram.datasets import Ratings
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics.comparison import Comparison, paired_t, student_t
 from tactogram.statistics.groups import nan_mean, summary
+from tactogram.text_files import finite_json
 
 Floats = NDArray[np.float64]
 STRAIGHT = "sensor"
@@ -71,10 +71,10 @@ class ReproductionErrors:
         people = summary(nan_mean(errors, (0, 2)))
         return {
             "mae": whole.mean,
-            "se": _finite(whole.se),
+            "se": finite_json(whole.se),
             "n": whole.n,
             "targets": int((~np.isnan(errors).all((1, 2))).sum()),
-            "se_by_rater": _finite(people.se),
+            "se_by_rater": finite_json(people.se),
             "per_word": dict(zip(self.words, nan_mean(errors, (0, 1)).tolist(), strict=True)),
         }
 
@@ -136,12 +136,8 @@ def _pairs(test: Any, groups: Mapping[str, Floats]) -> list[dict[str, Any]] | No
             "first": pair.first,
             "second": pair.second,
             "difference": pair.difference,
-            "statistic": _finite(pair.statistic),
-            "p": _finite(pair.p),
+            "statistic": finite_json(pair.statistic),
+            "p": finite_json(pair.p),
         }
         for pair in found.pairs
     ]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

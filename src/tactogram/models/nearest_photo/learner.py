@@ -24,7 +24,7 @@ from tactogram.model import (
     check_state,
 )
 from tactogram.signal import Image, Signal
-from tactogram.signal.concatenative import concatenated, excerpts
+from tactogram.signal.joining import concatenated, excerpts
 from tactogram.training.seeds import child_rng
 
 

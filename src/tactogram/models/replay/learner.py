@@ -25,7 +25,7 @@ from tactogram.model import (
     material_weights,
 )
 from tactogram.signal import Signal
-from tactogram.signal.concatenative import concatenated, excerpts
+from tactogram.signal.joining import concatenated, excerpts
 from tactogram.training.seeds import child_rng
 
 

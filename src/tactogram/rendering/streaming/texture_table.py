@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 
 from tactogram.errors import ParameterError
-from tactogram.signal.autoregressive import AutoregressiveModel
+from tactogram.signal.autoregressive import AutoregressiveModel, symmetric_root
 from tactogram.signal.line_spectrum import reflection_of_polynomial
-from tactogram.signal.mixing import symmetric_root
 from tactogram.signal.texture_map import ModelMap, TextureMap
 
 Array = NDArray[np.float64]

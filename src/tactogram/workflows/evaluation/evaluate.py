@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +24,7 @@ from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, Model
 from tactogram.signal.io.writable import check_writable
+from tactogram.text_files import finite_json
 from tactogram.validation import validated
 from tactogram.workflows.evaluation.generator import evaluate_generator
 from tactogram.workflows.evaluation.picture_pairs import generates_pictures
@@ -80,7 +80,7 @@ def evaluate(request: EvaluationRequest) -> dict[str, Any]:
         simulated=facts["simulated"] or loaded.simulated,
     )
     figures["report"] = str(report)
-    figures = {name: _finite(value) for name, value in figures.items()}
+    figures = dict(finite_json(figures))
     loaded.run.write_json("evaluation.json", figures)
     return figures
 
@@ -164,15 +164,6 @@ def _evaluated_on_recordings(
     else:
         results, sections = _evaluated_classifier(loaded, known, others, request.progress)
     return figures | results, sections + _training_section(loaded)
-
-
-def _finite(value: Any) -> Any:
-    """Return ``value`` with None for numbers that are not finite: JSON has no NaN."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {name: _finite(inner) for name, inner in value.items()}
-    return [_finite(inner) for inner in value] if isinstance(value, list | tuple) else value
 
 
 def _evaluated_within(

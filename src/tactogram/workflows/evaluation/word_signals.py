@@ -17,7 +17,7 @@ from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText
 from tactogram.model import Example
 from tactogram.signal import Signal
-from tactogram.signal.full_scale import straight_to_display
+from tactogram.signal.crest_factor import straight_to_display
 from tactogram.workflows.evaluation.ratings import evaluate_reproduction, predicted_ratings
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 from tactogram.workflows.training.rated_examples import RatingData

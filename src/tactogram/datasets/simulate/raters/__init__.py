@@ -4,11 +4,9 @@ No model, feature or evaluation may import this (by an import contract): they mu
 """
 
 from tactogram.datasets.simulate.raters.felt import TouchCues as TouchCues
-from tactogram.datasets.simulate.raters.people import (
+from tactogram.datasets.simulate.raters.scoring import (
     SimulatedRater as SimulatedRater,
     draw_people as draw_people,
-)
-from tactogram.datasets.simulate.raters.scoring import (
     score_images as score_images,
     score_plates as score_plates,
     score_surfaces as score_surfaces,
