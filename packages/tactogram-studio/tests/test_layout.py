@@ -1,4 +1,3 @@
-import asyncio
 import logging
 from pathlib import Path
 
@@ -6,30 +5,16 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram_studio import layout
+from tactogram_studio.kit import attribute, in_range
 
 
-def refuse():
-    raise ParameterError("expected a, got b")
-
-
-async def refuse_later():
-    refuse()
-
-
-def refuse_by_another():
-    return refuse_later()
-
-
-@pytest.mark.parametrize("handler", [refuse, refuse_later, refuse_by_another])
-def test_an_error_after_its_page_is_closed_is_logged(handler, caplog, monkeypatch):
+def test_an_error_after_its_page_is_closed_is_logged(caplog, monkeypatch):
     def gone(*_, **__):
         raise RuntimeError("The parent element this slot belongs to has been deleted.")  # NiceGUI's
 
     monkeypatch.setattr(layout.ui, "notify", gone)
     with caplog.at_level(logging.WARNING):
-        result = layout.report_errors(handler)()
-        if asyncio.iscoroutine(result):
-            asyncio.run(result)
+        layout.show_error(ParameterError("expected a, got b"))
     assert [record.getMessage() for record in caplog.records] == [
         "page closed before this error could be shown: expected a, got b"
     ]
@@ -46,13 +31,13 @@ def test_an_error_after_its_page_is_closed_is_logged(handler, caplog, monkeypatc
 )
 def test_a_number_out_of_range_is_refused_and_not_altered(value, bounds, message):
     with pytest.raises(ParameterError, match=f"^{message}$"):
-        layout.in_range("Seconds", value, **bounds)
-    assert layout.in_range("Seconds", 1.0, **bounds) == 1.0
-    assert layout.in_range("Seconds", None, **bounds) is None
+        in_range("Seconds", value, **bounds)
+    assert in_range("Seconds", 1.0, **bounds) == 1.0
+    assert in_range("Seconds", None, **bounds) is None
 
 
 def test_an_attribute_keeps_no_quotes_backslashes_or_line_breaks():
-    assert layout.attribute('rubber "soft"\nC:\\x') == "rubber 'soft' C:/x"
+    assert attribute('rubber "soft"\nC:\\x') == "rubber 'soft' C:/x"
 
 
 def test_a_page_may_take_long_on_its_first_visit():

@@ -22,10 +22,9 @@ from .drive.friction_calibration import (
 from .drive.level_scaling import (
     without_constant as without_constant,
 )
-from .drive.modulation import (
-    carrier_of as carrier_of,
-)
+from .drive.modulation import carrier_of as carrier_of
 from .drive.path_playback import (
+    OVERSAMPLED as OVERSAMPLED,
     copy_count as copy_count,
 )
 from .drive.strength import (
@@ -111,7 +110,6 @@ from .streaming.simulated_hand import (
     SimulatedHand as SimulatedHand,
 )
 from .streaming.surface import (
-    OVERSAMPLED as OVERSAMPLED,
     Along as Along,
     SurfaceTexture as SurfaceTexture,
     looped as looped,

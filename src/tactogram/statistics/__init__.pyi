@@ -8,7 +8,6 @@ from .comparison import (
     INDEPENDENT as INDEPENDENT,
     Comparison as Comparison,
     friedman_wilcoxon as friedman_wilcoxon,
-    holm as holm,
     steel_dwass as steel_dwass,
     student_t as student_t,
 )
@@ -20,6 +19,7 @@ from .figures import (
     error_figure as error_figure,
 )
 from .groups import (
+    holm as holm,
     holm_rows as holm_rows,
     nan_mean as nan_mean,
     summary as summary,

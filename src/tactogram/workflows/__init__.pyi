@@ -114,7 +114,6 @@ from .results_table import (
 )
 from .streaming.session import (
     Backend as Backend,
-    carrier_of as carrier_of,
     run as run,
 )
 from .streaming.stream import (

@@ -23,7 +23,7 @@ from tactogram.workflows.generation.descriptions import with_materials
 from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
-from tactogram_studio.pages.make.runs import RunCatalogue
+from tactogram_studio.pages.make.runs import GeneratingRuns
 from tactogram_studio.pages.make.state import MakePageState
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
@@ -192,7 +192,7 @@ def test_the_page_make_generates_from_text_and_photograph_as_the_command_line_do
     workspace = Workspace(tmp_path)
     shutil.copytree(own, tmp_path / "runs/own")
     write_image(tmp_path / "coarse.png", photograph(3.7, 99))
-    state = MakePageState(workspace, ResultArchive(tmp_path / "shelf"), RunCatalogue(workspace), {})
+    state = MakePageState(workspace, ResultArchive(tmp_path / "shelf"), GeneratingRuns(workspace), {})
     state.choose("runs/own")
     state.set(photo="coarse.png" * photographed, seconds=0.5, seed=3)
     assert state.runs.described(replace(state.request, photo=""), "slate").weights == {"slate": 1.0}

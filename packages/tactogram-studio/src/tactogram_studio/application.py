@@ -8,6 +8,7 @@ import secrets
 import threading
 import webbrowser
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -62,7 +63,7 @@ def make_app(
     from nicegui import app as pages_app, ui
     from nicegui.storage import Storage
 
-    from tactogram_studio.layout import show_error
+    from tactogram_studio.layout import add_not_found, show_errors
     from tactogram_studio.server.guard import RequestGuard
     from tactogram_studio.server.guard_rules import GuardSettings
     from tactogram_study.participants.routes import participant_router
@@ -76,8 +77,8 @@ def make_app(
     importlib.import_module("tactogram_studio.pages.studies.experimenter").add(studio)
     for name in () if studio.study_only else PAGES:
         importlib.import_module(f"tactogram_studio.pages.{name}.page").add(studio)
-    importlib.import_module("tactogram_studio.not_found").add(navigation=not studio.study_only)
-    pages_app.on_exception(show_error)
+    add_not_found(navigation=not studio.study_only)
+    show_errors(pages_app)
     ui.run_with(
         app,
         title="tactogram",
@@ -133,7 +134,9 @@ def serve(
     gc.collect()
     gc.freeze()
     try:
-        StudioServer(app, listening.socket, context=context, ready=on_ready).serve_until_ended()
+        on_ready()  # the socket listens already
+        with suppress(KeyboardInterrupt):  # the usual way to stop it
+            StudioServer(app, context=context).run(sockets=[listening.socket])
     finally:
         studio.sessions.close()
 

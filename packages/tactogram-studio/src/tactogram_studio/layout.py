@@ -1,21 +1,21 @@
-"""Page layout: the frame, headings, number fields, error messages, and progress notices."""
+"""Page layout: the frame, error messages, and progress notices."""
 
 from __future__ import annotations
 
 import asyncio
-import functools
-import html
-import inspect
 import logging
-import math
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Any, ParamSpec, TypeVar
+from typing import ParamSpec, TypeVar
 
-from nicegui import app, ui
+from fastapi.exception_handlers import http_exception_handler
+from nicegui import App, Client, app, ui
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
 
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import TactogramError
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -33,12 +33,6 @@ PAGES = {
     "Reports": "/reports",
 }
 """Addresses of the pages, in the order of the navigation."""
-CHOOSER = """<div class="chooser">
-<span>{text}</span>
-<q-btn no-caps outline label="Choose a file" aria-label="Choose a file: {text}" @click="props.pickFiles" />
-<span hidden><q-uploader-add-trigger /></span>
-</div>"""
-"""Replaces the button of Quasar's uploader, which is a link around an input, without an accessible name."""
 RESPONSE_TIMEOUT_S = 120.0
 APPEARANCES: dict[str, tuple[str, bool | None]] = {
     "system": ("As the system", None),
@@ -115,61 +109,6 @@ def _appearance() -> ui.dark_mode:
     return dark
 
 
-def heading(text: str) -> ui.label:
-    """Draw the heading of a section."""
-    return ui.label(text).classes("h2").props('role="heading" aria-level="2"')
-
-
-def hint(text: str) -> ui.label:
-    """Draw a small explanation."""
-    return ui.label(text).classes("small quiet")
-
-
-def attribute(text: str) -> str:
-    """Return a text that is safe between double quotes in an element's properties."""
-    return text.replace("\\", "/").replace('"', "'").replace("\n", " ")
-
-
-def upload(text: str, **options: Any) -> ui.upload:
-    """Draw a field with a prompt where a file is dropped or chosen; ``options`` as for `nicegui.ui.upload`."""
-    field = ui.upload(auto_upload=True, **options).props("flat bordered")
-    field.add_slot("header", CHOOSER.format(text=html.escape(text)))
-    return field
-
-
-class NumberField(ui.number):
-    """A number field that leaves bad input as typed; `checked` refuses it.
-
-    NiceGUI's own field silently moves a number into its range when it loses focus.
-    """
-
-    def sanitize(self) -> None:
-        """Leave the value unchanged."""
-
-    def checked(
-        self, *, least: float = -math.inf, most: float = math.inf, whole: bool = False
-    ) -> float | None:
-        """Return the number, or None if the field is empty; raise `ParameterError` naming the field as `in_range`."""
-        return in_range(self.label or "number", self.value, least=least, most=most, whole=whole)
-
-
-def in_range(
-    name: str, value: float | None, *, least: float = -math.inf, most: float = math.inf, whole: bool = False
-) -> float | None:
-    """Return ``value`` unchanged, None included.
-
-    Raises `ParameterError` if it is outside ``least`` to ``most``, or a fraction although ``whole``.
-    """
-    if value is None:
-        return None
-    if whole and not float(value).is_integer():
-        raise ParameterError(f"{name} must be a whole number, got {value:g}")
-    if not least <= value <= most:
-        bounds = f"at least {least:g}" if most == math.inf else f"{least:g} to {most:g}"
-        raise ParameterError(f"{name} must be {bounds}, got {value:g}")
-    return value
-
-
 def show_error(error: BaseException) -> None:
     """Show an error as a sentence; log unexpected errors, and errors whose page is closed."""
     if isinstance(error, TactogramError | OSError):
@@ -183,24 +122,10 @@ def show_error(error: BaseException) -> None:
         LOG.warning("page closed before this error could be shown: %s", text)
 
 
-def report_errors(handler: Callable[P, Any]) -> Callable[P, Any]:
-    """Return an event handler that shows its errors on the page; it may be asynchronous or return an awaitable."""
-
-    async def awaited(result: Awaitable[Any]) -> Any:
-        try:
-            return await result
-        except Exception as error:
-            show_error(error)
-
-    @functools.wraps(handler)
-    def called(*args: P.args, **kwargs: P.kwargs) -> Any:
-        try:
-            result = handler(*args, **kwargs)
-        except Exception as error:
-            return show_error(error)
-        return awaited(result) if inspect.iscoroutine(result) else result
-
-    return called
+def show_errors(app: App) -> None:
+    """Let every page of an application show the errors of its events and timers, in place of NiceGUI's traceback."""
+    app.on_exception(show_error)
+    logging.getLogger("nicegui").addFilter(lambda record: not isinstance(record.msg, Exception))
 
 
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
@@ -222,15 +147,20 @@ def busy(activity: str, *, button: ui.button | None = None) -> Iterator[None]:
             button.enable()
 
 
-async def confirm(question: str, action: str) -> bool:
-    """Ask before something irreversible; return whether the user chose the button ``action``."""
-    with ui.dialog().props('aria-label="Are you sure?"') as dialog, ui.card().classes("max-w-lg"):
-        ui.label(question)
-        with ui.row().classes("justify-end w-full"):
-            ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("no-caps outline autofocus")
-            ui.button(action, color="negative", on_click=lambda: dialog.submit(True)).props("no-caps")
-    confirmed = bool(await dialog)
-    if dialog.is_deleted:  # the page was closed
-        return False
-    dialog.delete()
-    return confirmed
+def add_not_found(*, navigation: bool = True) -> None:
+    """Replace NiceGUI's page for unknown addresses; without ``navigation`` there is no start page to return to."""
+
+    @app.exception_handler(404)
+    async def not_found(request: Request, error: HTTPException) -> Response:
+        if request.scope.get("endpoint") not in (None, app):  # a route's own answer
+            return await http_exception_handler(request, error)
+        with (
+            Client(ui.page(""), request=request) as client,
+            page("Page not found", navigation=navigation),
+        ):
+            ui.label(f"There is no page at {request.url.path[:200]}. Check the address, or go back.")
+            with ui.row():
+                ui.button("Go back", on_click=ui.navigate.back)
+                if navigation:
+                    ui.button("Start page", on_click=lambda: ui.navigate.to("/")).props("outline")
+        return client.build_response(request, 404)

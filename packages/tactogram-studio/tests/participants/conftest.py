@@ -62,24 +62,23 @@ def write_study(folder, design="abx", **changes):
 
 
 @contextlib.contextmanager
-def served_here(app, context=None, **limits):
+def served_here(app, context=None):
     """Serve an application in a thread, over TLS with a context, and give its address."""
-    started = threading.Event()
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = StudioServer(app, listener, context=context, ready=started.set, **limits)
-        thread = threading.Thread(target=server.serve_until_ended, daemon=True)
+        server = StudioServer(app, context=context)
+        thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
         thread.start()
-        assert started.wait(60)
         yield f"{'http' if context is None else 'https'}://127.0.0.1:{listener.getsockname()[1]}"
         server.should_exit = True
         thread.join(5)
+        assert not thread.is_alive()
 
 
 @contextlib.contextmanager
-def serving(sessions, settings=SETTINGS, **limits):
+def serving(sessions, settings=SETTINGS):
     """Give a browser's client to sessions that are served behind the guard."""
     with (
-        served_here(RequestGuard(make_participant_app(sessions), settings), **limits) as address,
+        served_here(RequestGuard(make_participant_app(sessions), settings)) as address,
         httpx.Client(base_url=address, timeout=60) as client,
     ):
         yield client

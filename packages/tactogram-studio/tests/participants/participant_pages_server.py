@@ -1,5 +1,6 @@
 """Serves every study (`*.toml`) of a folder to participants, each with a session beside it, and says where."""
 
+import contextlib
 import json
 import socket
 import sys
@@ -24,4 +25,6 @@ def ready():
 
 app = RequestGuard(make_participant_app(sessions), GuardSettings(body_seconds=2.0))
 with socket.create_server(("127.0.0.1", port)) as listener:
-    StudioServer(app, listener, ready=ready).serve_until_ended()
+    ready()
+    with contextlib.suppress(KeyboardInterrupt):
+        StudioServer(app).run(sockets=[listener])

@@ -1,5 +1,6 @@
 """Serves a session's pages for participants on a free port of this machine, and says where, until it is ended."""
 
+import contextlib
 import socket
 import sys
 from pathlib import Path
@@ -22,4 +23,6 @@ def ready():
 
 app = RequestGuard(make_participant_app(sessions), GuardSettings(body_seconds=2.0))
 with socket.create_server(("127.0.0.1", 0)) as listener:
-    StudioServer(app, listener, ready=ready).serve_until_ended()
+    ready()
+    with contextlib.suppress(KeyboardInterrupt):
+        StudioServer(app).run(sockets=[listener])

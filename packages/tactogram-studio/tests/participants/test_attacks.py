@@ -477,15 +477,6 @@ def test_half_requests_do_not_block_others(under_attack):
         connection.close()
 
 
-def test_heads_that_never_end_are_given_up(under_attack, serving):
-    sessions, _, _, _ = under_attack
-    with serving(sessions, head_s=0.1) as client, ExitStack() as held:
-        silent, half = (held.enter_context(connection_to(client.base_url)) for _ in range(2))
-        half.sendall(b"GET /take/x HT")
-        assert hung_up(silent)
-        assert hung_up(half)
-
-
 def test_headers_without_end(under_attack):
     _, _, client, _ = under_attack
 
@@ -496,23 +487,6 @@ def test_headers_without_end(under_attack):
 
     with connection_to(client.base_url) as connection, pytest.raises(OSError, match="reset|Broken pipe"):
         send(connection)
-
-
-def test_answers_that_nobody_takes_are_given_up(served_here):
-    told, done = [], threading.Event()
-
-    async def long(scope, receive, send):
-        if scope["type"] == "http":
-            told.append((await receive())["type"])
-            await send({"type": "http.response.start", "status": 200, "headers": []})
-            await send({"type": "http.response.body", "body": bytes(2**25), "more_body": True})
-            told.append((await receive())["type"])
-            done.set()
-
-    with served_here(long, write_s=0.1) as address, connection_to(address) as connection:
-        connection.sendall(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
-        assert done.wait(60)
-    assert told == ["http.request", "http.disconnect"]
 
 
 def test_what_is_no_tls_and_handshakes_that_never_end(under_attack, person, served_here, tmp_path):

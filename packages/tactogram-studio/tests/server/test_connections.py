@@ -30,13 +30,10 @@ def test_the_server_ends_while_a_websocket_is_closing():
         server.should_exit = True  # as Ctrl-C does
 
     with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as client:
-        server = StudioServer(
-            sends_much,
-            listener,
-            ready=lambda: (client.connect(listener.getsockname()), client.sendall(UPGRADE)),
-            lifespan="off",
-        )
-        asyncio.run(server.serve())
+        server = StudioServer(sends_much, lifespan="off")
+        client.connect(listener.getsockname())
+        client.sendall(UPGRADE)
+        asyncio.run(server.serve([listener]))
     assert heard == ["websocket.connect", "websocket.disconnect"]
     assert not server.server_state.connections
 

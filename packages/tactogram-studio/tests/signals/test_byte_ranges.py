@@ -1,6 +1,6 @@
 import pytest
 
-from tactogram_studio.signals.byte_ranges import range_response
+from tactogram_studio.signals.sound import range_response
 
 DATA = bytes(range(10))
 

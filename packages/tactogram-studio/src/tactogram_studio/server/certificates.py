@@ -1,4 +1,4 @@
-"""Certificates for https: one signed by itself and kept in a file, or one of the laboratory's own.
+"""Certificates for https, signed by itself and kept in a file or the laboratory's own, and files of secrets.
 
 Browsers allow AudioWorklet, camera and clipboard in secure contexts only (W3C Secure Contexts): pages of this machine
 itself, or encrypted ones, even where the user had to accept the certificate.

@@ -1,11 +1,8 @@
-"""Server of the guarded application: uvicorn, with limits on the number of connections and on waiting for clients."""
+"""Server of the guarded application: uvicorn, with the limits that it offers, and an end that waits for nobody."""
 
 from __future__ import annotations
 
-import logging
 import ssl
-import time
-from collections.abc import Callable
 from contextlib import suppress
 from socket import socket
 from typing import Any
@@ -20,8 +17,8 @@ MOST_CONNECTIONS = 2048
 """Including websockets; above, requests are answered with 503. A tablet opens up to six."""
 MOST_MESSAGE_BYTES = 4 * 2**20
 """Of a websocket message."""
-HEAD_S, IDLE_S, WRITE_S = 10.0, 65, 60.0
-"""Longest wait for a connection's first request, between requests, and while a client accepts nothing of a response."""
+IDLE_S = 65
+"""Longest wait between the requests of a connection."""
 
 
 class Websocket(WebSocketsSansIOProtocol):
@@ -39,25 +36,12 @@ class Websocket(WebSocketsSansIOProtocol):
 
 
 class StudioServer(uvicorn.Server):
-    """uvicorn that aborts connections whose client keeps it waiting; ``options`` go to `uvicorn.Config`."""
+    """uvicorn over TLS with a context, which ends without waiting for clients; ``options`` as of `uvicorn.Config`."""
 
-    def __init__(
-        self,
-        app: Any,
-        listener: socket,
-        *,
-        context: ssl.SSLContext | None = None,
-        ready: Callable[[], None] = lambda: None,
-        head_s: float = HEAD_S,
-        write_s: float = WRITE_S,
-        **options: Any,
-    ) -> None:
-        self.listener, self.ready = listener, ready
-        self.head_s, self.write_s = head_s, write_s
-        self._waiting: dict[tuple[object, ...], float] = {}
+    def __init__(self, app: Any, *, context: ssl.SSLContext | None = None, **options: Any) -> None:
         config = uvicorn.Config(
             app,
-            log_level="warning",
+            log_level="critical",  # the guard logs errors; uvicorn those, too, of requests that it cancels at the end
             access_log=False,  # addresses hold tickets and the token
             server_header=False,
             http="h11",  # httptools accepts headers of any length
@@ -71,36 +55,6 @@ class StudioServer(uvicorn.Server):
         )
         super().__init__(config)
 
-    def serve_until_ended(self) -> None:
-        """Serve until interrupted or `should_exit` is set."""
-        with suppress(KeyboardInterrupt):  # the usual way to stop it
-            self.run()
-
-    async def startup(self, sockets: list[socket] | None = None) -> None:
-        """Accept connections."""
-        await super().startup([self.listener])
-        self.ready()
-
-    async def on_tick(self, counter: int) -> bool:
-        """Abort the connections whose client has kept the server waiting for too long."""
-        now = time.monotonic()
-        waiting: dict[tuple[object, ...], float] = {}
-        for one in self.server_state.connections:
-            if not isinstance(one, H11Protocol):  # a websocket, which needed the token or a ticket
-                continue
-            if unsent := one.transport.get_write_buffer_size():
-                most = self.write_s
-            elif one.cycle is None or one.cycle.response_complete:
-                most = self.head_s if one.cycle is None else IDLE_S + self.head_s
-            else:
-                continue
-            state = (one, one.cycle, unsent)
-            waiting[state] = self._waiting.get(state, now)
-            if now - waiting[state] > most:
-                one.transport.abort()
-        self._waiting = waiting
-        return await super().on_tick(counter)
-
     async def shutdown(self, sockets: list[socket] | None = None) -> None:
         """Stop without waiting for clients: over TLS, a sleeping tablet does not announce its end."""
         for one in list(self.server_state.connections):
@@ -108,8 +62,6 @@ class StudioServer(uvicorn.Server):
                 one.cycle is None or one.cycle.response_complete or one.cycle.more_body
             ):
                 one.transport.abort()
-        # uvicorn logs requests that it cancels as errors; real errors are logged by the guard.
-        logging.getLogger("uvicorn.error").setLevel(logging.CRITICAL)
         await super().shutdown(sockets)
 
 

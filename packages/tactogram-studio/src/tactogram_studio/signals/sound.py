@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import re
 from dataclasses import dataclass
 
 import numpy as np
 import soundfile
+from fastapi import Response
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
@@ -23,6 +25,7 @@ LONGEST_S = 60.0
 PLAYBACK_MM_S = 100.0
 """Speed at which a signal over displacement is played."""
 MOST_GAIN = 1e9
+_RANGE = re.compile(r"bytes=(\d{0,15})-(\d{0,15})")
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,27 @@ def soft_limited(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     room = 1 - KNEE
     bent = KNEE + room * np.tanh((size - KNEE) / room)
     return np.where(over, np.sign(x) * bent, x), float(over.mean())
+
+
+def range_response(
+    data: bytes, requested: str | None, *, media_type: str, headers: dict[str, str]
+) -> Response:
+    """Return ``data``, one range of its bytes, or a refusal (RFC 9110, section 14).
+
+    Safari plays an `<audio>` element only from a server that supports ranges.
+    ``requested`` is the request's ``range`` header; if it is malformed or names several ranges, all bytes are sent.
+    """
+    headers = headers | {"accept-ranges": "bytes"}
+    match = _RANGE.fullmatch((requested or "").strip())
+    first, last = match.groups() if match else ("", "")
+    if not (first or last) or (first and last and int(first) > int(last)):
+        return Response(data, media_type=media_type, headers=headers)
+    start = int(first) if first else max(0, len(data) - int(last))
+    stop = min(len(data), int(last) + 1) if first and last else len(data)
+    if start >= stop:
+        return Response(status_code=416, headers=headers | {"content-range": f"bytes */{len(data)}"})
+    headers["content-range"] = f"bytes {start}-{stop - 1}/{len(data)}"
+    return Response(data[start:stop], status_code=206, media_type=media_type, headers=headers)
 
 
 def _one_channel(signal: Signal) -> NDArray[np.float64]:

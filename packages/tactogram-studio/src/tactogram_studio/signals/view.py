@@ -16,7 +16,7 @@ from nicegui import app, ui
 
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
-from tactogram_studio.layout import attribute, heading, hint, in_background, report_errors
+from tactogram_studio import kit
 from tactogram_studio.signals.pictures import (
     card_height,
     spectrogram_png,
@@ -104,21 +104,21 @@ def signal_cards(
         async def fill() -> None:
             await _fill_later(entries, places, same_gain=same_gain, small=small)
 
-        ui.timer(0, report_errors(fill), once=True)
+        ui.timer(0, fill, once=True)
     return [top for top, _ in frames]
 
 
 def placeholder(text: str, *, axes: int = USUAL_AXES, small: bool = False) -> None:
     """Draw a text as high as a signal's pictures, so that nothing below moves when they appear."""
-    hint(text).style(f"min-height: {card_height(axes, small=small)}px")
+    kit.hint(text).style(f"min-height: {card_height(axes, small=small)}px")
 
 
 def _frame(entry: SignalEntry) -> tuple[ui.row, ui.element]:
     """Draw an empty card and return its title row and the place of its pictures."""
     card = ui.element("section").classes("card signal")
-    with card.props(f'role="group" aria-label="{attribute(entry.title)}"'):
+    with card.props(f'role="group" aria-label="{kit.attribute(entry.title)}"'):
         with ui.row().classes("w-full items-center gap-2") as top:
-            heading(entry.title)
+            kit.heading(entry.title)
             if entry.simulated:
                 ui.label("simulated").classes("simulated")
         place = ui.element("div").classes("pictures")
@@ -130,7 +130,7 @@ async def _fill_later(
 ) -> None:
     """Fill cards once their signals are analysed, unless the page was closed or redrawn."""
     try:
-        signals = [await in_background(SHOWN.load, entry.source) for entry in entries]
+        signals = [await kit.in_background(SHOWN.load, entry.source) for entry in entries]
     except Exception as error:
         for place in places:
             if not place.is_deleted:
@@ -161,7 +161,7 @@ def _fill(
         with place:
             _pictures(entry, one, scales or scales_of([one.traits]), gain, None if small else others)
             if not comparable:
-                hint("Units or domains differ: this signal has its own scales.")
+                kit.hint("Units or domains differ: this signal has its own scales.")
 
 
 def _pictures(
@@ -174,7 +174,7 @@ def _pictures(
     """Draw a signal; ``others`` share its spectrum's scale, None omits the spectrum."""
     traits, title = shown.traits, entry.title
     ui.label(level_text(traits)).classes("small level")
-    hint(traits.note)
+    kit.hint(traits.note)
     _play_button(shown, title=title, gain=gain, key=entry.key)
     description = f"Waveform of {title}: {level_text(traits)}"
     _chart(waveform_options(traits, scales=scales), waveform_height(traits), description)
@@ -209,11 +209,11 @@ def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str
     with ui.row().classes("items-center gap-2 no-wrap"):
         button = ui.element("button").classes("player")
         button.props(
-            f'type="button" aria-pressed="false" aria-label="Play {attribute(title)}" data-player-url="{address}"'
+            f'type="button" aria-pressed="false" aria-label="Play {kit.attribute(title)}" data-player-url="{address}"'
         )
         if key:
             button.props(f'data-player-key="{key}" aria-keyshortcuts="{key}"')
-        hint(level)
+        kit.hint(level)
         ui.element("span").classes("small quiet").props(f'data-player-status="{address}" data-unit="{unit}"')
     ui.element("div").classes("playhead").props(f'data-player-head="{address}" aria-hidden="true"')
 
@@ -231,7 +231,7 @@ def load_player() -> None:
 
 def _chart(options: dict[str, Any], height: int, description: str) -> None:
     chart = ui.echart(options).classes("w-full").style(f"height: {height}px")
-    chart.props(f'role="img" aria-label="{attribute(description)}"')
+    chart.props(f'role="img" aria-label="{kit.attribute(description)}"')
 
 
 def _spectrogram(key: str, scales: SharedScales, *, over_time: bool, title: str) -> None:
@@ -241,10 +241,10 @@ def _spectrogram(key: str, scales: SharedScales, *, over_time: bool, title: str)
     )
     unit = "Hz" if over_time else "per mm"
     with ui.element("div").classes("spectrogram"):
-        hint(f"{scales.top_hz:.4g} {unit}").classes("top")
-        hint("0").classes("bottom")
+        kit.hint(f"{scales.top_hz:.4g} {unit}").classes("top")
+        kit.hint("0").classes("bottom")
         picture = ui.element("img").props(
-            f'src="/signals/{key}/spectrogram.png?{query}" alt="Spectrogram of {attribute(title)}, 0 to '
+            f'src="/signals/{key}/spectrogram.png?{query}" alt="Spectrogram of {kit.attribute(title)}, 0 to '
             f'{scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"'
         )
         picture.classes("w-full")

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+from tactogram.errors import DataError
+
 ID = re.compile(r"[0-9]{8}-[0-9]{6}-[0-9]{6}")
 """Date, time and microsecond, UTC, so that names sort by age."""
 ABANDONED_AFTER = timedelta(days=1)
@@ -23,8 +25,11 @@ class DatedFolders:
 
     folder: Path
 
-    def add(self, write: Callable[[Path], object]) -> str:
-        """Create a folder, fill it by ``write`` and return its name; if ``write`` fails, nothing is left."""
+    def add(self, write: Callable[[Path], object], *, most: int | None = None) -> str:
+        """Create a folder, fill it by ``write`` and return its name; if ``write`` fails, nothing is left.
+
+        The oldest are deleted if there are more than ``most`` then.
+        """
         self.folder.mkdir(parents=True, exist_ok=True)
         now = datetime.now(UTC)
         self._clear(now - ABANDONED_AFTER)
@@ -37,6 +42,8 @@ class DatedFolders:
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
             raise
+        for old in self.names()[most:] if most else ():
+            self.remove(old)
         return identifier
 
     def _start(self, identifier: str) -> tuple[str, Path] | None:
@@ -60,6 +67,13 @@ class DatedFolders:
         """Return a folder by its name, or None."""
         folder = self.folder / identifier
         return folder if ID.fullmatch(identifier) and folder.is_dir() else None
+
+    def get(self, identifier: str, what: str, reason: str) -> Path:
+        """Return a folder by its name; raise `DataError` with a reason and a remedy if there is none."""
+        folder = self.find(identifier)
+        if folder is None:
+            raise DataError(f"no {what} {identifier[:40]!r}: it was deleted{reason}")
+        return folder
 
     def remove(self, identifier: str) -> None:
         """Delete a folder; it disappears at once, however long its deletion takes."""

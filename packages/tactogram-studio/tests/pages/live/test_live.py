@@ -7,7 +7,6 @@ from tactogram_capture.live.recognition import Classification, WindowClassificat
 from tactogram_capture.session.console import CaptureStatus
 from tactogram_capture.workflows.session import capture
 from tactogram_studio.pages.live.choices import (
-    classifiers,
     confine_address,
     plan_choices,
     session_state,
@@ -210,17 +209,10 @@ def test_a_damaged_request_or_journal_is_none(tmp_path, text):
     assert session_state(Workspace.at(tmp_path), "rec", "one") is None
 
 
-def test_plans_and_classifiers_of_the_workspace_are_found(tmp_path, plan):
+def test_plans_of_the_workspace_are_found(tmp_path, plan):
     workspace = Workspace.at(tmp_path)
     assert plan_choices(workspace)["tiny.toml"] == "tiny.toml: Tiny"
     assert "first-try" in plan_choices(workspace)
-    run = tmp_path / "runs" / "nine"
-    run.mkdir(parents=True)
-    (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
-    (run / "model.json").write_text('{"kind": {"materials": ["a", "b"]}}')
-    assert classifiers(workspace) == {"runs/nine": "runs/nine (2 materials)"}
-    (run / "model.json").write_text("[1]")
-    assert classifiers(workspace) == {}
 
 
 def test_a_session_that_is_none_has_no_state(tmp_path):

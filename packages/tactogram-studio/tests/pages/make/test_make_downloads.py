@@ -4,7 +4,7 @@ import pytest
 from tactogram.rendering.files import haptic_formats, read_haptic
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram_studio.pages.make.downloads import encoded, titles
+from tactogram_studio.pages.make.results_view import encoded, titles
 from tactogram_studio.workspace.shelf import ResultArchive
 
 

@@ -13,7 +13,6 @@ from tactogram.model import ImageKind, SignalKind
 from tactogram_studio.pages.make.form import (
     DRAWN,
     PARTS,
-    FormHistory,
     GenerationForm,
     GenerationRequest,
     adapted,
@@ -22,7 +21,7 @@ from tactogram_studio.pages.make.form import (
     form_of,
     word_label,
 )
-from tactogram_studio.pages.make.words_view import scale_text
+from tactogram_studio.pages.make.form_view import scale_text
 
 MATERIALS = ("cork", "felt", "tile")
 SIGNALS = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), MATERIALS, words=WORDS, scale=(1.0, 7.0))
@@ -226,30 +225,6 @@ def test_without_materials_something_must_describe_the_surface():
 def test_words_are_in_both_languages():
     assert word_label("rough") == "rough  ざらざらする"
     assert word_label("other") == "other"
-
-
-def test_history_goes_back_and_forth():
-    history = FormHistory().after({"a": 1}).after({"a": 2})
-
-    history, state = history.undone({"a": 3})
-    assert state == {"a": 2}
-    history, state = history.undone(state)
-    assert state == {"a": 1}
-    history, state = history.redone(state)
-    assert state == {"a": 2}
-    with pytest.raises(ParameterError, match="Nothing to redo"):
-        history.after({"a": 2}).redone({"a": 9})
-    with pytest.raises(ParameterError, match="Nothing to undo"):
-        FormHistory().undone({})
-
-
-def test_history_is_bounded():
-    history = FormHistory()
-    for number in range(200):
-        history = history.after({"n": number})
-
-    assert len(history.past) == FormHistory.MOST
-    assert history.past[-1] == {"n": 199}
 
 
 def test_the_sliders_of_words_are_explained_by_the_runs_own_scale():

@@ -5,12 +5,15 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tactogram.signal import Signal
-from tactogram_studio.pages.make.map_view import NARROW_PX, WIDE_PX, label_shifts, map_html
 from tactogram_studio.pages.make.material_map import (
     APART,
     MARGIN,
+    NARROW_PX,
     NEIGHBOURS,
+    WIDE_PX,
+    label_shifts,
     levels_db,
+    map_html,
     point_of,
     positions,
     weights_at,

@@ -18,10 +18,10 @@ from tactogram.signal.io import read_signal, write_image
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.train import train
 from tactogram_studio.pages.make.files import store_motion
-from tactogram_studio.pages.make.form import GenerationRequest
+from tactogram_studio.pages.make.form import GenerationRequest, form_of_run
 from tactogram_studio.pages.make.page import MakePage
-from tactogram_studio.pages.make.runs import RunCatalogue, cropped
-from tactogram_studio.pages.make.state import MOST_COMPARED, MakePageState
+from tactogram_studio.pages.make.runs import GeneratingRuns, cropped
+from tactogram_studio.pages.make.state import MOST_COMPARED, MOST_STEPS, MakePageState
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 
@@ -36,7 +36,7 @@ def state(workspace):
 
 def state_of(folder):
     place = Workspace.at(folder)
-    return MakePageState(place, ResultArchive(place.studio_folder / "kept"), RunCatalogue(place), {})
+    return MakePageState(place, ResultArchive(place.studio_folder / "kept"), GeneratingRuns(place), {})
 
 
 def reloaded(state):
@@ -119,7 +119,7 @@ def test_a_photograph_is_offered_in_place_of_a_material_where_some_were_trained_
     [run] = [run for run in state.runs.finished() if run.name == "texture_flow"]
     for photographs, offered in ({}, False), ({"train": 0, "test": 3}, False), ({"train": 3}, True):
         seen = replace(run, data={"name": "surfaces", "photographs": photographs})
-        assert ("photo" in seen.form.instead) == offered
+        assert ("photo" in form_of_run(seen).instead) == offered
 
 
 def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, capsys):
@@ -150,9 +150,9 @@ def test_a_run_is_loaded_once(state):
 
 def test_the_map_is_computed_once_and_stored(state, monkeypatch):
     places = state.runs.places(state.run)
-    monkeypatch.setattr(RunCatalogue, "generate", lambda *_, **__: pytest.fail("generated again"))
+    monkeypatch.setattr(GeneratingRuns, "generate", lambda *_, **__: pytest.fail("generated again"))
 
-    again = RunCatalogue(state.workspace).places(state.run)
+    again = GeneratingRuns(state.workspace).places(state.run)
 
     assert again == pytest.approx(places, abs=1e-4)
     assert places.shape == (9, 2)
@@ -236,6 +236,18 @@ def test_a_form_survives_a_reload_with_its_history(state):
     assert again.request.seed == 5
     with pytest.raises(ParameterError, match="Nothing to undo"):
         MakePageState(state.workspace, state.shelf, state.runs, {}).undo()
+
+
+def test_the_history_is_bounded_and_a_change_ends_what_was_undone(state):
+    for seed in range(1, MOST_STEPS + 20):
+        state.set(seed=seed)
+        state.commit()
+    assert len(state.storage["past"]) == MOST_STEPS
+    state.undo()
+    state.set(seed=7)
+    state.commit()
+    with pytest.raises(ParameterError, match="Nothing to redo"):
+        state.redo()
 
 
 def test_results_are_stored_shown_kept_and_survive_a_reload(state):

@@ -15,7 +15,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file
 from tactogram.signal.io.layout import TableLayout
 from tactogram_studio.pages.materials.columns import ColumnChoices
-from tactogram_studio.pages.materials.import_start import safe_store_name
+from tactogram_studio.pages.materials.import_page import safe_store_name
 from tactogram_studio.pages.materials.layout_card import by_key, timing_text
 from tactogram_studio.pages.materials.preview_view import in_words_of_the_page
 

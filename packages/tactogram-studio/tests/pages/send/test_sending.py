@@ -16,9 +16,9 @@ from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.rendering.actuators import calibrate
 from tactogram.workflows.rendering.render import render
+from tactogram_studio.pages.send.device import log_played, recently_played
 from tactogram_studio.pages.send.losses import losses_table
 from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService
-from tactogram_studio.pages.send.speaker import log_played, recently_played
 from tactogram_studio.pages.send.wording import level_text, warnings_of
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive

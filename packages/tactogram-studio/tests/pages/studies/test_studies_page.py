@@ -65,7 +65,7 @@ def test_what_a_study_could_show_is_calculated_and_nonsense_is_told(studies):
     tab.get_by_role("button", name="Calculate power").click()
     table = tab.get_by_role("table").filter(has_text="shows the effect")
     table.wait_for()
-    cells = table.locator("tbody td").all_inner_texts()
+    cells = table.locator("tbody th, tbody td").all_inner_texts()
     assert cells[:2] == ["12", "30"]
     assert all(0 <= float(cell) <= 1 for cell in cells[2:])
 

@@ -6,7 +6,6 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata
-from tactogram_studio.pages.send.sources import SignalSources
 from tactogram_studio.pages.studies.editor.check import check_draft
 from tactogram_studio.pages.studies.editor.draft import StudyDraft, copy_study, free_name
 from tactogram_studio.pages.studies.editor.fields import fields_of, text_default
@@ -21,6 +20,7 @@ from tactogram_studio.pages.studies.editor.stimuli import (
 from tactogram_studio.pages.studies.editor.widgets import lines_of, table_of
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
+from tactogram_studio.workspace.sources import SignalSources
 from tactogram_study.designs import designs
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.workflows.studies import check_study

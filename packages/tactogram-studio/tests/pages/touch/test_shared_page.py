@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tactogram_studio.pages.touch.script_bundle import bundled
+from tactogram_studio.pages.touch.shared_page import bundled
 
 VOICES = "studio/first/voices"
 HEARD = "() => window.tactogramTouch.report.rms"

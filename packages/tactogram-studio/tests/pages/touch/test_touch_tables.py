@@ -24,9 +24,8 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.workflows.training.train import train
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.touch.offers import texture_choices
 from tactogram_studio.pages.touch.pictures import drawn_surface, picture_of
-from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources
+from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources, texture_choices
 from tactogram_studio.pages.touch.tables import table_of_map, table_of_signal
 
 RATE = 48_000.0

@@ -8,11 +8,10 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.models import available, find
 from tactogram.recipe import parse_changes
-from tactogram_studio.pages.train.compare import loss_by_run
-from tactogram_studio.pages.train.log import checkpoint_position, read_metrics
+from tactogram_studio.pages.train.compare import loss_by_run, loss_options
 from tactogram_studio.pages.train.request import RunRequest, describe_model
-from tactogram_studio.pages.train.trainings import TaskQueue
-from tactogram_studio.pages.train.widgets import loss_options
+from tactogram_studio.tasks.log import checkpoint_position, read_metrics
+from tactogram_studio.tasks.queue import TaskQueue
 from tactogram_studio.workspace.folder import Workspace
 
 SET = "studio/first/surfaces"
@@ -34,7 +33,7 @@ def test_a_request_has_an_equivalent_command_line():
 
 @pytest.mark.parametrize("name", ["", "../x", "a/b", ".hidden", "-x", "x" * 90])
 def test_a_run_needs_a_valid_folder_name(name):
-    with pytest.raises(ParameterError, match="the run's name must be letters"):
+    with pytest.raises(ParameterError, match="Name: must be letters"):
         _ = RunRequest("m", "d", "quick", name).arguments
 
 

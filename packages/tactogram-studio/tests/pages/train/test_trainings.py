@@ -15,9 +15,10 @@ from tactogram.workflows.training.recipe_fields import assignments, recipe_field
 from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
-from tactogram_studio.pages.train import detached
-from tactogram_studio.pages.train.detached import DetachedProcess, start
-from tactogram_studio.pages.train.log import (
+from tactogram_studio.pages.train.run_summary import run_summary, state_of
+from tactogram_studio.tasks import detached
+from tactogram_studio.tasks.detached import DetachedProcess, start
+from tactogram_studio.tasks.log import (
     TaskProgress,
     checkpoint_position,
     duration_text,
@@ -29,9 +30,8 @@ from tactogram_studio.pages.train.log import (
     thinned,
     time_left,
 )
-from tactogram_studio.pages.train.run_summary import run_summary
-from tactogram_studio.pages.train.trainings import StudioTask, TaskQueue, command_line, free_name
-from tactogram_studio.pages.train.widgets import state_of
+from tactogram_studio.tasks.queue import StudioTask, TaskQueue
+from tactogram_studio.workspace.commands import command_line, free_name
 from tactogram_studio.workspace.folder import Workspace
 
 STORE = "studio/first/surfaces"

@@ -1,10 +1,11 @@
-"""Haptic files of the page Edit: written or uploaded, read back, and ready to be felt."""
+"""Files of the page Edit: haptic files, written or uploaded, read back and ready to be felt, and saved effects."""
 
 from __future__ import annotations
 
 import json
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from tactogram.rendering import (
     DocumentHeader,
     Effect,
     HapticFile,
+    effect_from_json,
     events_of,
     file_name,
     haptic_format,
@@ -23,11 +25,12 @@ from tactogram.rendering import (
     write_haptic,
 )
 from tactogram.signal import Signal
-from tactogram.text_files import read_json
+from tactogram.signal.io import write_text
+from tactogram.text_files import read_json, read_text
 from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram_studio.workspace.uploads import check_upload
 
-FACTS = "facts.json"
+FACTS, EFFECT_FILE = "facts.json", "effect.json"
 MOST_FILES = 40
 """Older files are deleted."""
 PATTERN = "vibration"
@@ -113,11 +116,7 @@ class WrittenFiles:
 
     def get(self, identifier: str) -> WrittenFile:
         """Return a file by its id; `DataError` if there is none."""
-        folder = self._folders.find(identifier)
-        if folder is None:
-            raise DataError(
-                f"no file {identifier[:40]!r}: it was deleted to make room for newer ones; write it again"
-            )
+        folder = self._folders.get(identifier, "file", " to make room for newer ones; write it again")
         facts = read_json(folder / FACTS)
         try:
             return WrittenFile(
@@ -136,10 +135,7 @@ class WrittenFiles:
             facts = write(part)
             (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False), encoding="utf-8")
 
-        identifier = self._folders.add(write_all)
-        for old in self._folders.names()[MOST_FILES:]:
-            self._folders.remove(old)
-        return self.get(identifier)
+        return self.get(self._folders.add(write_all, most=MOST_FILES))
 
 
 def _told(written: dict[str, Any]) -> list[str]:
@@ -151,3 +147,43 @@ def _told(written: dict[str, Any]) -> list[str]:
             f"{1 / written['full_scale']:.2f} times as strong. Lower a gain to decide yourself."
         )
     return told
+
+
+@dataclass(frozen=True)
+class SavedEffects:
+    """The effects in ``folder``."""
+
+    folder: Path
+
+    @property
+    def _folders(self) -> DatedFolders:
+        return DatedFolders(self.folder)
+
+    def add(self, effect: Effect) -> str:
+        """Save a new effect and return its id."""
+        return self._folders.add(lambda part: write_text(part / EFFECT_FILE, effect.to_json()))
+
+    def save(self, identifier: str, effect: Effect) -> None:
+        """Replace an effect; `DataError` if it was deleted."""
+        write_text(self._folder(identifier) / EFFECT_FILE, effect.to_json())
+
+    def get(self, identifier: str) -> Effect:
+        """Return an effect; `DataError` if there is none, or its file is damaged."""
+        path = self._folder(identifier) / EFFECT_FILE
+        return effect_from_json(read_text(path), where=str(path))
+
+    def titles(self) -> dict[str, str]:
+        """Return the titles of the readable effects by id, newest first."""
+        titles = {}
+        for identifier in self._folders.names():
+            with suppress(DataError):
+                titles[identifier] = self.get(identifier).title
+        return titles
+
+    def remove(self, identifier: str) -> None:
+        """Delete an effect."""
+        self._folder(identifier)
+        self._folders.remove(identifier)
+
+    def _folder(self, identifier: str) -> Path:
+        return self._folders.get(identifier, "effect", ": choose another, or begin a new one")

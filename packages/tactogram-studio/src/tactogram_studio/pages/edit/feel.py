@@ -16,10 +16,9 @@ from nicegui import app
 
 from tactogram.errors import DataError, TactogramError
 from tactogram.rendering import haptic_format
-from tactogram_studio.layout import in_background
+from tactogram_studio import kit
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
-from tactogram_studio.signals.byte_ranges import range_response
-from tactogram_studio.signals.sound import sound_of
+from tactogram_studio.signals.sound import range_response, sound_of
 from tactogram_study.participants.tickets import SessionKeys
 
 MARKUP = Path(__file__).parents[2] / "static" / "feel.html"
@@ -68,7 +67,7 @@ def add_feel_routes(files: WrittenFiles, keys: SessionKeys) -> None:
             }
 
         try:
-            return JSONResponse(await in_background(made))
+            return JSONResponse(await kit.in_background(made))
         except TactogramError:
             return JSONResponse({"error": "no such file"}, 404)
 
@@ -76,7 +75,7 @@ def add_feel_routes(files: WrittenFiles, keys: SessionKeys) -> None:
     async def sound(ticket: str, request: Request) -> Response:
         try:
             file = file_by_ticket(ticket, files, keys)
-            clip = await in_background(lambda: sound_of(file.signal()))
+            clip = await kit.in_background(lambda: sound_of(file.signal()))
         except TactogramError:
             return Response(status_code=404)
         return range_response(clip.wav, request.headers.get("range"), media_type="audio/wav", headers={})

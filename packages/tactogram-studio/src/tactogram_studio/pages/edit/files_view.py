@@ -8,8 +8,8 @@ from typing import Any
 from nicegui import ui
 
 from tactogram.rendering import Effect, haptic_format, haptic_formats, signal_of
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
 from tactogram_studio.pages.edit.feel import feel_path
 from tactogram_studio.pages.edit.sources_view import EFFECT
@@ -44,8 +44,7 @@ class FilesCard:
         self.file: WrittenFile | None = None
         self._written: Effect | None = None
         self._pattern: list[int] = []
-        with ui.element("section").classes("card w-full edit-card").props('aria-label="File"'):
-            heading("File")
+        with kit.card("File", classes="w-full edit-card"):
             titles = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
             with ui.row().classes("items-center gap-4"):
                 last = str(state.get("format", "ahap"))
@@ -64,44 +63,39 @@ class FilesCard:
         self.file, self._pattern = file, pattern
         self._result.refresh()
 
-    @report_errors
     async def _write(self) -> None:
         effect, name = self.effect(), str(self._format.value)
-        with busy("writing and reading back", button=self._button):
-            file = await in_background(self.files.write, effect, name)
-            pattern = await in_background(file.pattern)
+        with kit.busy("writing and reading back", button=self._button):
+            file = await kit.in_background(self.files.write, effect, name)
+            pattern = await kit.in_background(file.pattern)
         self.state["format"], self._written = name, effect
         self._show(file, pattern)
         ui.download(f"/edit/file/{file.id}/{file.path.name}", file.path.name)
 
-    @report_errors
     async def _keep(self) -> None:
         effect = self.effect()
-        signal = await in_background(signal_of, effect)
+        signal = await kit.in_background(signal_of, effect)
         facts = {"simulated": effect.simulated, EFFECT: effect.to_json()}
-        kept = await in_background(lambda: self.studio.shelf.keep(signal, title=effect.title, facts=facts))
+        kept = await kit.in_background(
+            lambda: self.studio.shelf.keep(signal, title=effect.title, facts=facts)
+        )
         ui.notify(f"{kept.title} is kept: it is on the pages Send and Make, and opens here with its tracks.")
 
     @ui.refreshable_method
     def _result(self) -> None:
         file = self.file
         if file is None:
-            hint("What the file keeps and loses, and how it plays, will appear here.")
+            kit.hint("What the file keeps and loses, and how it plays, will appear here.")
             return
         with ui.row().classes("items-center gap-2"):
             ui.link(file.path.name, f"/edit/file/{file.id}/{file.path.name}").props("download")
-            hint(haptic_format(file.format).title)
-            if file.simulated:
-                ui.label("from a simulated signal").classes("simulated")
+            kit.hint(haptic_format(file.format).title)
+            kit.mark_simulated(file.simulated, "from a simulated signal")
         for sentence in file.told:
             ui.label(sentence)
-        plays = SignalEntry(file.signal(), "As the file plays it", file.simulated, key="2")
-        entries = [plays]
-        if self._written is not None:
-            entries = [
-                SignalEntry(signal_of(self._written), "As drawn", self._written.simulated, key="1"),
-                plays,
-            ]
+        entries = [SignalEntry(file.signal(), "As the file plays it", file.simulated, key="2")]
+        if (drawn := self._written) is not None:
+            entries.insert(0, SignalEntry(signal_of(drawn), "As drawn", drawn.simulated, key="1"))
         with ui.element("div").classes("edit-plays"):
             signal_cards(entries, same_gain=True, small=True)
         self._phone(file)
@@ -110,16 +104,16 @@ class FilesCard:
         ui.label("On a phone").classes("font-bold mt-2").props('role="heading" aria-level="3"')
         shown = ", ".join(map(str, self._pattern[:MOST_SHOWN]))
         more = " …" if len(self._pattern) > MOST_SHOWN else ""
-        hint(VIBRATES.format(pattern=shown + more))
+        kit.hint(VIBRATES.format(pattern=shown + more))
         path = feel_path(file, self.keys)
         if not self.studio.roots:
-            hint(NOT_REACHABLE)
+            kit.hint(NOT_REACHABLE)
             ui.link("Open the phone's page here", path, new_tab=True)
             return
         address = f"{self.studio.roots[0]}{path}"
         image = ui.element("img").classes("edit-qr")
         image.props.update(src=svg_qr_code(address), alt="QR code: the phone's page of this file")
         ui.link(address, address, new_tab=True).classes("break-all")
-        hint(
+        kit.hint(
             "The address leads to this file only, without the studio's token, until 40 newer files are written."
         )

@@ -10,13 +10,12 @@ from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering import Effect, Track, signal_of
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import confirm, page, report_errors, route
 from tactogram_studio.pages.edit.editor import Editor
-from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
+from tactogram_studio.pages.edit.exports import SavedEffects, WrittenFile, WrittenFiles
 from tactogram_studio.pages.edit.feel import add_feel_routes
 from tactogram_studio.pages.edit.files_view import FilesCard
-from tactogram_studio.pages.edit.saved import SavedEffects
 from tactogram_studio.pages.edit.sources_view import draw_sources
 from tactogram_studio.pages.edit.timeline_view import Timeline
 from tactogram_studio.signals.sound import NORMAL_PEAK, sound_of
@@ -54,11 +53,11 @@ def add(studio: Studio) -> None:
             return Response(str(error), status_code=404, media_type="text/plain")
         return FileResponse(written.path, media_type="application/octet-stream", filename=name)
 
-    @route("/edit")
+    @kit.route("/edit")
     def show(effect: str = "", of: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/edit.css">')
         load_player()
-        with page("Edit", wide=True):
+        with kit.page("Edit", wide=True):
             EditPage(studio, saved, files, keys, effect, of)
         ui.add_body_html('<script type="module" src="/static/edit.js"></script>')
 
@@ -83,7 +82,7 @@ class EditPage:
         except DataError as error:
             self.id, self.editor = "", Editor(Effect())
             if effect:
-                ui.label(str(error)).props('role="alert"')
+                kit.alert(str(error))
         self.editor.cursor = round(self.editor.effect.seconds, 2)
         self._changes, self._title = 0, self.editor.effect.title
         self._effect_card()
@@ -96,26 +95,17 @@ class EditPage:
 
     @ui.refreshable_method
     def _effect_card(self) -> None:
-        with (
-            ui.element("section").classes("card w-full").props('aria-label="Effect"'),
-            ui.row().classes("items-center gap-4 w-full"),
-        ):
-            title = (
-                ui.input("Title", value=self.editor.effect.title).props("dense maxlength=120").classes("w-64")
-            )
-            title.on("change", report_errors(lambda: self._rename(str(title.value))))
+        with kit.card(label="Effect"), ui.row().classes("items-center gap-4 w-full"):
+            title = ui.input("Title", value=self.editor.effect.title)
+            title.props("dense maxlength=120").classes("w-64")
+            title.on("change", lambda: self._rename(str(title.value)))
             titles = self.saved.titles()
-            if titles:
-                select = ui.select(
-                    titles, label="Saved effects", value=self.id if self.id in titles else None
-                )
-                select.props("dense").classes("w-64")
-                select.on_value_change(lambda: self._open(str(select.value)))
+            if titles and (select := kit.option_choice(titles, "Saved effects", self._open, last=self.id)):
+                select.classes("w-64", remove="w-full")
             ui.button("New", icon="add", on_click=lambda: self._open("")).props("flat dense")
             if self.id:
-                ui.button("Delete", on_click=report_errors(self._delete)).props("flat dense color=negative")
-            if self.editor.effect.simulated:
-                ui.label("simulated").classes("simulated")
+                ui.button("Delete", on_click=self._delete).props("flat dense color=negative")
+            kit.mark_simulated(self.editor.effect.simulated)
 
     def _audition(self, file: WrittenFile) -> None:
         self.files.show(file)
@@ -138,7 +128,7 @@ class EditPage:
         ui.navigate.to(f"/edit?effect={identifier}" if identifier else "/edit")
 
     async def _delete(self) -> None:
-        if await confirm(f"Delete {self.editor.effect.title}? This cannot be undone.", "Delete"):
+        if await kit.confirm(f"Delete {self.editor.effect.title}? This cannot be undone.", "Delete"):
             self.saved.remove(self.id)
             self._open("")
 

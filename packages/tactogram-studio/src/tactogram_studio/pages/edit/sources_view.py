@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from nicegui import events, ui
+from nicegui import ui
 
 from tactogram.errors import DataError
 from tactogram.rendering import Track, effect_from_json, ready_effects, to_one_axis, track_of, track_of_signal
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import heading, hint, in_background, report_errors, upload
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
-from tactogram_studio.pages.send.sources import SignalSources
+from tactogram_studio.workspace.sources import SignalSources
 
-MOST_BYTES = 32 * 2**20
+MOST_MIB = 32
 EFFECT = "effect"
 """Fact of a kept result that holds the effect it was made of."""
 Insert = Callable[[tuple[Track, ...], bool], None]
@@ -34,47 +34,28 @@ def draw_sources(
     """
     sources = SignalSources(studio.workspace, studio.shelf)
 
-    @report_errors
     async def add_signal(identifier: str) -> None:
-        tracks, simulated = await in_background(tracks_from, studio, sources, identifier)
+        tracks, simulated = await kit.in_background(tracks_from, studio, sources, identifier)
         insert(tracks, simulated)
 
-    @report_errors
-    async def opened(event: events.UploadEventArguments) -> None:
-        data = await event.file.read()
-        file, content = await in_background(files.upload, event.file.name, data)
+    async def opened(name: str, data: bytes) -> None:
+        file, content = await kit.in_background(files.upload, name, data)
         audition(file)  # also of one that is too long to be edited
         if content.events is None:
-            track = await in_background(track_of_signal, to_one_axis(content.signal)[0], file.title)
+            track = await kit.in_background(track_of_signal, to_one_axis(content.signal)[0], file.title)
         else:
-            track = await in_background(track_of, content.events, file.title)
+            track = await kit.in_background(track_of, content.events, file.title)
         insert((track,), file.simulated)
 
-    with ui.element("section").classes("card w-full edit-card").props('aria-label="Ready effects"'):
-        heading("Ready effects")
-        hint("Each becomes a track at the cursor.")
+    with kit.card("Ready effects", classes="w-full edit-card"):
+        kit.hint("Each becomes a track at the cursor.")
         with ui.element("div").classes("edit-ready"):
             for title, ready in ready_effects().items():
                 button = ui.button(title, on_click=partial(insert, (ready.track,), False))
                 button.props("outline dense").tooltip(ready.about)
-    with ui.element("section").classes("card w-full edit-card").props('aria-label="Results and files"'):
-        heading("Results and files")
-        kept = sources.kept()
-        if kept:
-            select = (
-                ui.select(kept, label="Kept result", with_input=len(kept) > 12)
-                .props("dense")
-                .classes("w-full")
-            )
-            select.on_value_change(lambda: add_signal(str(select.value)) if select.value else None)
-        else:
-            hint("No kept results yet: generate one on the page Make and keep it.")
-        upload(
-            "A haptic file: AHAP, .haptic, HJIF, JSON",
-            max_file_size=MOST_BYTES,
-            on_upload=opened,
-            on_rejected=lambda: ui.notify("The file must have at most 32 MiB.", type="negative"),
-        ).classes("w-full")
+    with kit.card("Results and files", classes="w-full edit-card"):
+        kit.signal_choice(sources, "kept", add_signal)
+        kit.file_field("A haptic file: AHAP, .haptic, HJIF, JSON", opened, most_mib=MOST_MIB)
     if of:
         ui.timer(0.05, partial(add_signal, of), once=True)
 

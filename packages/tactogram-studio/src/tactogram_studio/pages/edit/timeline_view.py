@@ -11,7 +11,7 @@ from nicegui import events, ui
 
 from tactogram.errors import ParameterError
 from tactogram.rendering import Track
-from tactogram_studio.layout import attribute, hint, report_errors
+from tactogram_studio import kit
 from tactogram_studio.pages.edit.editor import LINES, TONE, Editor, Operation
 
 TOOLS = {"select": "Select", "draw": "Draw", "transient": "Add transients"}
@@ -36,19 +36,18 @@ class Timeline:
         self.editor, self.changed, self.sound = editor, changed, sound
         self._number = 0
         self._card()
-        ui.on("edit", report_errors(self._event))
+        ui.on("edit", self._event)
 
     def _card(self) -> None:
-        with ui.element("section").classes("card w-full edit-card").props('aria-label="Timeline"'):
+        with kit.card(label="Timeline", classes="w-full edit-card"):
             with ui.element("div").classes("edit-tools"):
-                self._play = (
-                    ui.element("button").classes("player").props('type="button" aria-pressed="false"')
-                )
+                self._play = ui.element("button").classes("player")
+                self._play.props('type="button" aria-pressed="false"')
                 self._undo = ui.button("Undo", icon="undo", on_click=lambda: self.do(self.editor.undo))
                 self._redo = ui.button("Redo", icon="redo", on_click=lambda: self.do(self.editor.redo))
                 for button in (self._undo, self._redo):
                     button.props("flat dense")
-                tool = ui.toggle(TOOLS, value="select").props('dense no-caps aria-label="Tool"')
+                tool = ui.toggle(TOOLS, value="select").props('dense aria-label="Tool"')
                 tool.on_value_change(lambda: self._script("tool", tool.value))
                 snap = ui.select(SNAPS, value=0.01, label="Snap").props("dense").classes("edit-snap")
                 snap.on_value_change(lambda: self._script("snap", snap.value))
@@ -61,7 +60,7 @@ class Timeline:
             self._operations()
             self._details()
             with ui.expansion("Keys").classes("w-full"):
-                hint(KEYS)
+                kit.hint(KEYS)
 
     def _operations(self) -> None:
         with ui.element("div").classes("edit-tools"):
@@ -129,7 +128,6 @@ class Timeline:
             self.editor.range = None
             self.draw()
 
-    @report_errors
     def do(self, operation: Callable[[], None]) -> None:
         """Apply an operation and draw; after an error, too, since the script may be ahead."""
         before = self.editor.effect
@@ -154,7 +152,7 @@ class Timeline:
     def draw(self) -> None:
         """Send the effect to the script, and show what is selected."""
         editor = self.editor
-        address, label = self.sound(), f"Play {attribute(editor.effect.title)}"
+        address, label = self.sound(), f"Play {kit.attribute(editor.effect.title)}"
         self._play.props(f'data-player-url="{address}"').props(f'aria-label="{label}"')
         self._sound_status.props(f'data-player-status="{address}" data-unit="1"')
         self._undo.set_enabled(editor.undoable)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from urllib.parse import quote
 
 from nicegui import app, ui
-from nicegui.events import UploadEventArguments
 
 from tactogram.rendering import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.signal.io import decode_image_metadata
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import NumberField, busy, heading, hint, in_background, report_errors
 from tactogram_studio.pages.make.form import GenerationRequest
-from tactogram_studio.pages.make.runs import RunCatalogue
+from tactogram_studio.pages.make.runs import GeneratingRuns
 from tactogram_studio.pages.make.state import MakePageState
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import read_uploaded_image
@@ -24,52 +23,48 @@ PHOTOGRAPHS = "photographs.json"
 
 def draw_first_touch(studio: Studio) -> None:
     """Draw the card: a text becomes materials of the page Make, a photograph a kept result on the page Send."""
-    runs = RunCatalogue(studio.workspace)
-    materials = runs.get(SHIPPED).form.materials
+    runs = GeneratingRuns(studio.workspace)
+    materials = runs.get(SHIPPED).kind.materials
 
     async def make() -> None:
         text = (field.value or "").strip()
         if not text:
             field.run_method("focus")
             return
-        with busy(f"Making {text} …"):
-            described = await in_background(runs.described, GenerationRequest(SHIPPED), text)
+        with kit.busy(f"Making {text} …"):
+            described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
         state = MakePageState(studio.workspace, studio.shelf, runs, app.storage.user.setdefault("make", {}))
         state.choose(SHIPPED)
         state.set(weights=described.weights, text=described.text, photo="", vibration="", words={})
         state.commit()
         ui.navigate.to("/make?generate=true")
 
-    async def draw(event: UploadEventArguments) -> None:
-        name, data = event.file.name, await event.file.read()
-        photograph.reset()
+    async def draw(name: str, data: bytes) -> None:
         width_mm = width.checked(least=1, most=10_000) or WIDTH_MM
-        with busy(f"Drawing {name} …"):
-            kept = await in_background(_drawn, studio, name, data, width_mm)
+        with kit.busy(f"Drawing {name} …"):
+            kept = await kit.in_background(_drawn, studio, name, data, width_mm)
         ui.navigate.to(f"/send?of={quote(f'kept:{kept.id}')}&tab=file")
 
-    with ui.element("section").classes("card w-full"):
-        heading("What should it feel like?")
+    with kit.card("What should it feel like?"):
         with ui.row().classes("w-full items-center no-wrap my-2"):
             field = ui.input(
                 "A surface, in English",
                 placeholder="corduroy, cheese grater, silk …",
                 autocomplete=list(materials),
             )
-            field.classes("grow").props('outlined dense data-first="1"').on(
-                "keydown.enter", report_errors(make)
-            )
-            ui.button("Make it", on_click=report_errors(make)).props("no-caps unelevated")
-        hint(f"One of {len(materials)} simulated everyday materials, or a mix of those most like your words.")
-        photograph = ui.upload(on_upload=report_errors(draw), auto_upload=True)
-        photograph.classes("hidden").props('accept="image/*" data-photograph')
-        photograph.on("rejected", lambda: ui.notify("This file is not a picture.", type="negative"))
+            field.classes("grow").props('outlined dense data-first="1"').on("keydown.enter", make)
+            ui.button("Make it", on_click=make).props("unelevated")
+        kit.hint(
+            f"One of {len(materials)} simulated everyday materials, or a mix of those most like your words."
+        )
         with ui.row().classes("w-full items-center mt-4 mb-2"):
-            choose = ui.button("Draw a photograph").props("no-caps outline")
-            choose.on("click", js_handler=f"() => getElement({photograph.id}).$refs.qRef.pickFiles()")
-            width = NumberField("Width that it shows, mm", value=WIDTH_MM)
+            refused = "This file is not a picture."
+            kit.file_button(
+                "Draw a photograph", draw, accept="image/*", refused=refused, marks="data-photograph"
+            )
+            width = kit.NumberField("Width that it shows, mm", value=WIDTH_MM)
             width.classes("w-48").props("outlined dense")
-        hint(
+        kit.hint(
             "Dropped here or chosen. Its brightness becomes a relief that a finger crosses: a design, no prediction of "
             "how the material feels."
         )

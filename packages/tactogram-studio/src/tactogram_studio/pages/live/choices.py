@@ -1,4 +1,4 @@
-"""Choices of the page Live: sources, classifiers, session plans, and progress of sessions."""
+"""Choices of the page Live: sources, session plans, and progress of sessions."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote, unquote
 
-from tactogram import models
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, TactogramError
-from tactogram.text_files import parse_json, read_json, read_text, read_toml
+from tactogram.text_files import parse_json, read_text
 from tactogram_capture.catalogue import parse_address
 from tactogram_capture.session.journal import FILE as JOURNAL
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
@@ -77,22 +76,6 @@ def without_materials(address: str) -> str:
         return address
     rest = "&".join(pair for pair in query.split("&") if not pair.startswith("materials="))
     return f"{head}?{rest}" if rest else head
-
-
-def classifiers(workspace: Workspace) -> dict[str, str]:
-    """Return the titles of finished classifier runs, by folder relative to the workspace."""
-    known, titles = models.available(), {}
-    for run in workspace.finished_runs():
-        try:
-            facts = read_json(run / "model.json")
-            model = read_toml(run / "recipe.toml").get("model")
-            count = len(facts.get("kind", {}).get("materials", ()))
-        except (DataError, AttributeError):  # damaged: the page Reports says so
-            continue
-        if model in known and known[model].task == "classification":
-            name = workspace.name_of(run)
-            titles[name] = f"{name} ({count} materials)" if count else name
-    return titles
 
 
 def plan_choices(workspace: Workspace) -> dict[str, str]:

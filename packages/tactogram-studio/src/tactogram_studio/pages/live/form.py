@@ -10,11 +10,10 @@ from nicegui import app, ui
 from tactogram.errors import ParameterError, TactogramError
 from tactogram_capture import find_sources
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import heading, hint, in_background, report_errors
 from tactogram_studio.pages.live.choices import (
     SourceChoice,
-    classifiers,
     confine_address,
     plan_choices,
     session_state,
@@ -22,6 +21,7 @@ from tactogram_studio.pages.live.choices import (
     without_materials,
 )
 from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
+from tactogram_studio.workspace.runs import RunCatalogue
 
 STATE = "live"
 """Key of the form in the browser's storage."""
@@ -42,55 +42,41 @@ class LiveForm:
     ) -> None:
         self.studio, self._start_request = studio, start
         self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.fields = kit.Form(self.state)
         self._choices: list[SourceChoice] = []
         self._recording = False
-        with ui.element("section").classes("card w-full").props('aria-label="Source"'):
-            heading("Source")
-            self._address = self._text("source", "Address", hint="choose one below, or type it")
+        if data:
+            self.state["data"] = data
+        with kit.card("Source"):
+            self._address = self.fields.text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):
                 self._sources()
             ui.button("Look for devices again", icon="refresh", on_click=self._look).props("flat dense")
-        self._buttons = [self._listen_card(), self._record_card(data)]
+        self._buttons = [self._listen_card(), self._record_card()]
         self.enable(enabled=not runner.running)
         ui.timer(0.05, self._look, once=True)
 
-    def _text(self, name: str, label: str, *, hint: str = "", default: str = "") -> ui.input:
-        field = ui.input(label, value=self.state.get(name, default)).classes("w-full")
-        return field.props(f'hint="{hint}"') if hint else field
-
     def _listen_card(self) -> ui.button:
-        with ui.element("section").classes("card w-full").props('aria-label="Listen"'):
-            heading("Listen")
-            names = classifiers(self.studio.workspace)
-            options = {"": "no classifier: traces only", **names}
-            run = self.state.get("run", "")
-            self._run = ui.select(options, label="Classifier", value=run if run in options else "").classes(
-                "w-full"
-            )
+        with kit.card("Listen"):
+            runs = RunCatalogue(self.studio.workspace).own("classification")
+            names = {run.name: f"{run.name} ({len(run.kind.materials)} materials)" for run in runs}
+            self.fields.choice("run", {"": "no classifier: traces only", **names}, "Classifier", "")
             if not names:
-                hint("No classifier in this workspace yet: train stroke_cnn on the page Train.")
+                kit.hint("No classifier in this workspace yet: train stroke_cnn on the page Train.")
             return ui.button("Listen", icon="hearing", on_click=lambda: self._start(recording=False))
 
-    def _record_card(self, data: str) -> ui.button:
-        plans = plan_choices(self.studio.workspace)
-        with ui.element("section").classes("card w-full").props('aria-label="Record a session"'):
-            heading("Record a session")
-            plan = self.state.get("plan", "")
-            self._plan = ui.select(
-                plans,
-                label="Plan",
-                value=plan if plan in plans else next(iter(plans), None),
-                on_change=self._describe_plan,
-            ).classes("w-full")
-            self._plan_line = hint("")
-            self._data = self._text("data", "Store (folder)", default="recordings")
-            if data:
-                self._data.value = data
-            self._subject = self._text("subject", "Subject (a code, not a name)")
-            self._session = self._text("session", "Session", hint="empty: named after plan and subject")
+    def _record_card(self) -> ui.button:
+        with kit.card("Record a session"):
+            plan = self.fields.choice("plan", plan_choices(self.studio.workspace), "Plan")
+            plan.on_value_change(self._describe_plan)
+            self._plan_line = kit.hint("")
+            self.fields.text("data", "Store (folder)", "recordings")
+            self.fields.text("subject", "Subject (a code, not a name)")
+            self.fields.text("session", "Session", hint="empty: named after plan and subject")
             with ui.expansion("Change values of the plan").classes("w-full"):
-                self._changes = {name: self._text(name, label) for name, label in PLAN_FIELDS.items()}
-                hint("Empty fields keep the plan's values.")
+                for name, label in PLAN_FIELDS.items():
+                    self.fields.text(name, label)
+                kit.hint("Empty fields keep the plan's values.")
             button = ui.button(
                 "Start or continue",
                 icon="fiber_manual_record",
@@ -112,7 +98,7 @@ class LiveForm:
 
     async def _look(self) -> None:
         try:
-            sources = await in_background(find_sources)
+            sources = await kit.in_background(find_sources)
         except TactogramError as error:
             sources = [{"kind": "device", "address": None, "what": "device", "missing": str(error)}]
         self._choices = source_choices(self.studio.workspace, sources)
@@ -127,22 +113,21 @@ class LiveForm:
         if not self._choices:
             with ui.row().classes("items-center"):
                 ui.spinner(size="sm")
-                hint("Looking for devices …")
+                kit.hint("Looking for devices …")
         for choice in self._choices:
             if choice.address is None:
                 continue
             with ui.row().classes("items-center no-wrap w-full gap-2"):
-                ui.button("Use", on_click=lambda a=choice.address: self._address.set_value(a)).props(
-                    f'outline dense aria-label="Use {choice.address}"'
-                )
+                use = ui.button("Use", on_click=lambda a=choice.address: self._address.set_value(a))
+                use.props(f'outline dense aria-label="Use {choice.address}"')
                 with ui.column().classes("gap-0"):
                     ui.label(choice.address).classes("small").style("overflow-wrap:anywhere")
-                    hint(choice.description)
+                    kit.hint(choice.description)
         missing = [choice for choice in self._choices if choice.address is None]
         if missing:
             with ui.expansion(f"{len(missing)} kinds of sensor are not available").classes("w-full"):
                 for choice in missing:
-                    hint(choice.missing or choice.description).style("overflow-wrap:anywhere")
+                    kit.hint(choice.missing or choice.description).style("overflow-wrap:anywhere")
 
     def _describe_plan(self) -> None:
         try:
@@ -157,7 +142,7 @@ class LiveForm:
         )
 
     def _plan_path(self) -> str:
-        name = str(self._plan.value or "")
+        name = self.fields.stripped("plan")
         return name if name in shipped_plans() else str(self.studio.workspace.inside(name))
 
     def enable(self, *, enabled: bool) -> None:
@@ -165,62 +150,42 @@ class LiveForm:
         for button in self._buttons:
             button.set_enabled(enabled)
 
-    @report_errors
     async def _start(self, *, recording: bool) -> None:
         self._recording = recording
         await self._start_request()
 
     def request(self) -> LiveRequest:
         """Return the request that the form describes; `TactogramError` if a field is invalid."""
-        workspace = self.studio.workspace
-        address = _stripped(self._address)
-        if not address:
+        workspace, entry = self.studio.workspace, self.fields.stripped
+        if not entry("source"):
             raise ParameterError("choose a source, or type its address")
-        source = confine_address(workspace, address)
-        run = str(workspace.inside(self._run.value)) if self._run.value else ""
+        source = confine_address(workspace, entry("source"))
+        run = str(workspace.inside(entry("run"))) if entry("run") else ""
         if not self._recording:
             return LiveRequest(source, run)
-        data = _stripped(self._data)
-        if not data:
+        if not entry("data"):
             raise ParameterError("a session needs a store; enter a folder's name")
         request = LiveRequest(
             without_materials(source),
             run,
             self._plan_path(),
-            str(workspace.inside(data)),
-            _stripped(self._session),
+            str(workspace.inside(entry("data"))),
+            entry("session"),
             self._plan_changes(),
         )
         session_state(workspace, request.data, request.session_name)  # refuses a name that leads out
         return request
 
     def _plan_changes(self) -> dict[str, Any]:
-        texts = {name: _stripped(field) for name, field in self._changes.items()}
-        changes: dict[str, Any] = {"subject": _stripped(self._subject), "materials": texts["materials"]}
+        entry = self.fields.stripped
+        changes: dict[str, Any] = {"subject": entry("subject"), "materials": entry("materials")}
         for name, key, convert in (
             ("speeds", "speeds_mm_s", lambda text: [float(part) for part in text.split(",")]),
             ("repetitions", "repetitions", int),
             ("seconds", "seconds", float),
         ):
             try:
-                changes[key] = convert(texts[name]) if texts[name] else ""
+                changes[key] = convert(entry(name)) if entry(name) else ""
             except ValueError:
-                raise ParameterError(f"{PLAN_FIELDS[name]} must be a number, got {texts[name]!r}") from None
+                raise ParameterError(f"{PLAN_FIELDS[name]} must be a number, got {entry(name)!r}") from None
         return {key: value for key, value in changes.items() if value != ""}
-
-    def remember(self) -> None:
-        """Store the form in the browser."""
-        fields = {
-            "source": self._address,
-            "run": self._run,
-            "plan": self._plan,
-            "data": self._data,
-            "subject": self._subject,
-            "session": self._session,
-            **self._changes,
-        }
-        self.state.update({name: field.value for name, field in fields.items()})
-
-
-def _stripped(field: ui.input) -> str:
-    return str(field.value or "").strip()

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import shlex
 from typing import Any
 
 from nicegui import app, ui
 from nicegui.events import KeyEventArguments
 
 from tactogram.errors import ParameterError
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import heading, hint, in_background, page, report_errors, route
 from tactogram_studio.pages.live.choices import session_state
 from tactogram_studio.pages.live.form import LiveForm
 from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
+from tactogram_studio.workspace.commands import arguments, command_line
 
 LABELS = {"accept": "Accept", "redo": "Repeat", "skip": "Skip", "stop": "Break", "begin": "Begin"}
 """Labels of a session's keys; a session continues after a break."""
@@ -52,12 +52,12 @@ def add(studio: Studio) -> None:
 
     app.on_shutdown(runner.stop)
 
-    @route("/live")
+    @kit.route("/live")
     def show(data: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')
         ui.add_body_html('<script type="module" src="/static/live.js"></script>')
-        with page("Live"):
+        with kit.page("Live"):
             LivePage(studio, runner, data=data)
 
 
@@ -76,8 +76,7 @@ class LivePage:
             with ui.column().classes("items-stretch gap-4 happening"):
                 self._controls()
                 self._session()
-                with ui.element("section").classes("card w-full").props('aria-label="Traces"'):
-                    heading("Traces")
+                with kit.card("Traces"):
                     ui.html(CANVAS, sanitize=False).classes("w-full")
                     ui.html(METER, sanitize=False).classes("w-full")
                 self._classification()
@@ -96,21 +95,18 @@ class LivePage:
 
     async def _start(self) -> None:
         await self._run(self.form.request())
-        self.form.remember()
         ui.run_javascript("document.querySelector('.happening').scrollIntoView({block: 'start'})")
 
     async def _run(self, request: LiveRequest) -> None:
-        await in_background(self.runner.start, request)
+        await kit.in_background(self.runner.start, request)
         self.runner.holder = self.tab
         self._refresh()
 
-    @report_errors
     async def _stop(self) -> None:
         self._take_control()
-        await in_background(self.runner.stop)
+        await kit.in_background(self.runner.stop)
         self._refresh()
 
-    @report_errors
     def _answer(self, number: int, key: str) -> None:
         self._take_control()
         self.runner.console.answer(number, key)
@@ -178,29 +174,26 @@ class LivePage:
         state = session_state(self.studio.workspace, request.data, request.session_name)
         if state is None or not state["left"]:
             return
-        with ui.element("section").classes("card w-full").props('aria-label="Unfinished session"'):
-            heading(f"Session {request.session_name} is not finished")
+        with kit.card(f"Session {request.session_name} is not finished", label="Unfinished session"):
             ended = "It was interrupted. " if state["open"] else ""
             skipped = f", {state['skipped']} skipped" if state["skipped"] else ""
             ui.label(
                 f"{ended}{state['accepted']} of {state['total']} takes are in the store{skipped}, "
                 f"{state['left']} left."
             )
-            ui.button(
-                "Continue the session", icon="play_arrow", on_click=report_errors(lambda: self._run(request))
-            )
+            ui.button("Continue the session", icon="play_arrow", on_click=lambda: self._run(request))
 
     @ui.refreshable_method
     def _controls(self) -> None:
         runner = self.runner
-        with ui.element("section").classes("card w-full").props('aria-label="State"'):
+        with kit.card(label="State"):
             with ui.row().classes("items-center justify-between w-full"):
                 with ui.column().classes("gap-0"):
                     state = ui.label().classes("h2").props('role="status"')
                     state.bind_text_from(runner, "state", STATES.__getitem__)
                     if runner.request is not None:
                         with ui.row().classes("items-center gap-2"):
-                            hint(self._relative(runner.request.source))
+                            kit.hint(self._relative(runner.request.source))
                             if runner.request.source.startswith(("simulated:", "played:")):
                                 ui.label("simulated").classes("simulated")
                 if runner.running and self.controls_sensor:
@@ -210,13 +203,12 @@ class LivePage:
                         ui.label("Another tab controls the sensor; this tab only watches.").classes("quiet")
                         ui.button("Take over", on_click=self._take_over).props("outline")
             if runner.error is not None:
-                ui.label(runner.error).classes("text-negative").props('role="alert"')
+                kit.alert(runner.error)
             elif runner.result is not None and not runner.running:
                 for line in result_lines(runner.result):
                     ui.label(line)
             if runner.request is not None and (runner.request.plan or runner.request.run):
-                with ui.expansion("Equivalent command").classes("w-full"):
-                    ui.label(self._relative(_command(runner.request))).classes("code")
+                kit.command_lines([self._relative(_command(runner.request))])
 
     def _relative(self, text: str) -> str:
         return text.replace(f"{self.studio.workspace.folder}/", "")
@@ -226,7 +218,7 @@ class LivePage:
         runner = self.runner
         if runner.request is None or not runner.request.plan or not runner.running:
             return
-        with ui.element("section").classes("card w-full").props('aria-label="Session"'):
+        with kit.card(label="Session"):
             self._question()
             ui.html(BEAT, sanitize=False)
             self.form.sound_switch()
@@ -268,9 +260,9 @@ class LivePage:
         request = self.runner.request
         if request is None or not request.run or request.plan:
             return
-        with ui.element("section").classes("card w-full").props('aria-label="Classified as"'):
+        with kit.card(label="Classified as"):
             with ui.row().classes("items-center"):
-                heading("Classified as")
+                kit.heading("Classified as")
                 ui.html('<span id="live-none" class="clipped" hidden>none of these</span>', sanitize=False)
             ui.html('<p id="live-guess-line" class="quiet small figures"></p>', sanitize=False)
             ui.html('<div id="live-guess"></div>', sanitize=False).classes("w-full")
@@ -278,13 +270,15 @@ class LivePage:
 
 def _command(request: LiveRequest) -> str:
     if not request.plan:
-        return shlex.join(["tactogram", "live", request.run, "--source", request.source])
-    words = ["tactogram", "capture", request.plan, "--source", request.source, "--data", request.data]
-    words += ["--session", request.session] if request.session else []
-    words += ["--recognise", request.run] if request.run else []
-    for key, value in request.changes.items():
-        words += ["--set", f"{key}={value}"]
-    return shlex.join(words)
+        return command_line(arguments("live", request.run, options={"--source": request.source}))
+    options = {
+        "--source": request.source,
+        "--data": request.data,
+        "--session": request.session,
+        "--recognise": request.run,
+        "--set": [f"{key}={value}" for key, value in request.changes.items()],
+    }
+    return command_line(arguments("capture", request.plan, options=options))
 
 
 def result_lines(result: dict[str, Any]) -> list[str]:

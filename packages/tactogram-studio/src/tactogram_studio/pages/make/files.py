@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering import MotionFile
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal
-from tactogram_studio.layout import heading, hint, in_background, report_errors
+from tactogram_studio import kit
 from tactogram_studio.pages.make.form import Crop
 from tactogram_studio.workspace.uploads import (
     check_upload,
@@ -36,19 +37,17 @@ def draw_photo(page: MakePage) -> None:
     """Draw the field where a photograph is dropped, pasted, chosen or taken, and the photograph with its crop."""
     state = page.state
 
-    async def uploaded(event: Any) -> None:
-        data = await event.file.read()
-        upload.reset()
-        name = await in_background(store_photo, state.photographs, event.file.name, data)
-        choose(state.workspace.name_of(state.photographs / name))
+    async def uploaded(name: str, data: bytes) -> None:
+        stored = await kit.in_background(store_photo, state.photographs, name, data)
+        page.change(photo=state.workspace.name_of(state.photographs / stored), crop=None)
 
-    def choose(photo: str) -> None:
-        state.set(photo=photo, crop=None)
-        page.committed(redraw=True)
-
-    upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True, max_files=None)
-    upload.on("rejected", lambda: ui.notify("This file is not a supported picture.", type="negative"))
-    upload.classes("hidden").props('accept="image/*" data-photo-upload="1"')
+    upload = kit.file_button(
+        "",
+        uploaded,
+        accept="image/*",
+        refused="This file is not a supported picture.",
+        marks="data-photo-upload=1",
+    )
     area = ui.element("div").classes("drop")
     area.props(f'data-drop="{upload.id}" role="group" aria-label="Photograph of the surface"')
     with area:
@@ -58,11 +57,10 @@ def draw_photo(page: MakePage) -> None:
             ui.label("Drop a photograph here, or paste one (Ctrl+V).").classes("quiet")
         with ui.row().classes("gap-2"):
             for label, action in (("Choose a file", "choose"), ("Camera", "camera")):
-                button = ui.button(label).props("no-caps outline dense")
+                button = ui.button(label).props("outline dense")
                 button.on("click", js_handler=f"() => window.tactogramMake.{action}({upload.id})")
             if state.request.photo:
-                remove = ui.button("Remove", on_click=report_errors(lambda: choose("")))
-                remove.props("no-caps flat dense")
+                ui.button("Remove", on_click=lambda: page.change(photo="", crop=None)).props("flat dense")
         ui.element("div").props('data-camera role="status"').classes("camera")
 
 
@@ -70,18 +68,14 @@ def _draw_chosen(page: MakePage) -> None:
     request = page.state.request
     left, top, right, bottom = request.crop or (0.0, 0.0, 1.0, 1.0)
 
-    def crop_to(crop: Crop | None) -> None:
-        page.state.set(crop=crop)
-        page.committed(redraw=True)
-
     def dragged(event: Any) -> None:
         edges = [min(1.0, max(0.0, float(event.args[k]))) for k in ("left", "top", "right", "bottom")]
         left, top, right, bottom = (round(edge, 4) for edge in edges)
         if right - left >= 0.02 and bottom - top >= 0.02:
-            crop_to((left, top, right, bottom))
+            page.change(crop=(left, top, right, bottom))
 
     place = ui.element("div").classes("crop").props("data-crop")
-    place.on("make-crop", report_errors(dragged), js_handler="(event) => emit(event.detail)")
+    place.on("make-crop", dragged, js_handler="(event) => emit(event.detail)")
     with place:
         ui.element("img").props(
             f'src="/make/photo/{Path(request.photo).name}" draggable="false" '
@@ -97,34 +91,33 @@ def _draw_chosen(page: MakePage) -> None:
     with ui.element("details"):
         with ui.element("summary"):
             ui.label("Crop in percent").classes("in-line small")
-        _draw_edges([left, top, right, bottom], crop_to)
+        _draw_edges(page, (left, top, right, bottom))
     if request.crop is not None:
-        whole = ui.button("Use the whole photograph", on_click=report_errors(lambda: crop_to(None)))
-        whole.props("no-caps flat dense")
+        whole = ui.button("Use the whole photograph", on_click=lambda: page.change(crop=None))
+        whole.props("flat dense")
     else:
-        hint("Drag over the photograph to crop it.")
+        kit.hint("Drag over the photograph to crop it.")
 
 
-def _draw_edges(edges: list[float], crop_to: Any) -> None:
+def _draw_edges(page: MakePage, crop: Crop) -> None:
     """Draw the crop as four numbers, an alternative to dragging."""
 
     def apply() -> None:
-        values = [field.value for field in numbers]
-        if any(value is None for value in values):
+        if any(field.value is None for field in numbers):
             raise ParameterError("Enter all four edges, in percent.")
-        left, top, right, bottom = (float(value) / 100 for value in values)
+        left, top, right, bottom = (float(field.value) / 100 for field in numbers)
         if not (0 <= left < right <= 1 and 0 <= top < bottom <= 1):
             raise ParameterError("Left must be less than right and top less than bottom, from 0 to 100.")
-        crop_to((left, top, right, bottom))
+        page.change(crop=(left, top, right, bottom))
 
     with ui.row().classes("gap-2 items-center"):
         numbers = [
             ui.number(name, value=round(100 * edge, 1), min=0, max=100)
             .props("outlined dense")
             .style("width: 5rem")
-            for name, edge in zip(("Left", "Top", "Right", "Bottom"), edges, strict=True)
+            for name, edge in zip(("Left", "Top", "Right", "Bottom"), crop, strict=True)
         ]
-        ui.button("Crop", on_click=report_errors(apply)).props("no-caps outline dense")
+        ui.button("Crop", on_click=apply).props("outline dense")
 
 
 def store_photo(folder: Path, name: str, data: bytes) -> str:
@@ -136,8 +129,7 @@ def store_photo(folder: Path, name: str, data: bytes) -> str:
         If it is not a picture, or too large.
     """
     image = _limited(read_uploaded_image(name, data))
-    digest = hashlib.sha256(image.pixels.tobytes()).hexdigest()[:8]
-    stored = f"{Path(safe_name(name)).stem[:60]}-{digest}.png"
+    stored = _hashed(name, image.pixels.tobytes(), ".png")
     if not (folder / stored).is_file():
         write_image(folder / stored, image)
     return stored
@@ -152,110 +144,86 @@ def _limited(image: Image) -> Image:
     return Image(np.asarray(picture))
 
 
-# -- vibration -------------------------------------------------------------------------------------------
+def _hashed(name: str, content: bytes, suffix: str) -> str:
+    """Return the name of a file with a hash of its content, so that a command keeps its meaning."""
+    return f"{Path(safe_name(name)).stem[:60]}-{hashlib.sha256(content).hexdigest()[:8]}{suffix}"
 
 
 def draw_vibration(page: MakePage) -> None:
     """Draw the choice of a vibration: a kept result, an upload, or a recording of the training data."""
     state = page.state
-    form = state.form
-    drawn = form is not None and "vibration" in form.takes
+    drawn = "vibration" in state.form.takes
     options = {"": "none (the model draws one from the seed)" if drawn else "none"}
-    for path in sorted(state.vibrations.glob("[!.]*.npz")):
-        options[state.workspace.name_of(path)] = f"file: {path.stem}"
+    options |= _files(page, state.vibrations, ".npz")
     for result in state.shelf.all():
         if not result.is_image:
             options[f"studio/kept/{result.id}/signal.npz"] = f"kept: {result.title}"
-    chosen = state.request.vibration
-    options.setdefault(chosen, chosen)
+    _draw_choice(page, "vibration", "Vibration", options, redraw=not drawn)
 
-    def choose(event: Any) -> None:
-        state.set(vibration=event.value or "")
-        page.committed(redraw=not drawn)
+    async def uploaded(name: str, data: bytes) -> None:
+        _use_vibration(page, name, await kit.in_background(read_uploaded_signal, name, data))
 
-    select = ui.select(options, value=chosen, label="Vibration", on_change=report_errors(choose))
-    select.classes("w-full").props("outlined dense options-dense")
-
-    async def uploaded(event: Any) -> None:
-        data = await event.file.read()
-        upload.reset()
-        signal = await in_background(read_uploaded_signal, event.file.name, data)
-        _use_vibration(page, Path(safe_name(event.file.name)).stem, signal)
-
-    upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True).classes("hidden")
     with ui.row().classes("gap-2"):
-        button = ui.button("Upload a recording").props("no-caps outline dense")
-        button.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
+        kit.file_button("Upload a recording", uploaded)
         if not (state.run and state.run.ships):
-            training = ui.button(
-                "From the training data", on_click=report_errors(lambda: _ask_recording(page))
-            )
-            training.props("no-caps outline dense")
+            ui.button("From the training data", on_click=lambda: _ask_recording(page)).props("outline dense")
+
+
+def _files(page: MakePage, folder: Path, suffix: str) -> dict[str, str]:
+    """Return the titles of the stored files of a kind, by path relative to the workspace."""
+    files = sorted(folder.glob(f"[!.]*{suffix}"))
+    return {page.state.workspace.name_of(path): f"file: {path.stem}" for path in files}
+
+
+def _draw_choice(page: MakePage, name: str, label: str, options: Mapping[str, str], *, redraw: bool) -> None:
+    """Draw the choice of a file of the request, which may no longer be among those offered."""
+    chosen = getattr(page.state.request, name)
+    select = ui.select(dict(options) | {chosen: options.get(chosen, chosen)}, value=chosen, label=label)
+    select.on_value_change(lambda event: page.change(redraw=redraw, **{name: event.value or ""}))
+    select.classes("w-full").props(f'outlined dense options-dense data-{name}="1"')
 
 
 def _use_vibration(page: MakePage, name: str, signal: Signal) -> None:
     """Store a vibration as a file, so that a command can refer to it, and choose it."""
-    digest = hashlib.sha256(signal.samples.tobytes()).hexdigest()[:8]
-    path = page.state.vibrations / f"{name[:60]}-{digest}.npz"
+    path = page.state.vibrations / _hashed(name, signal.samples.tobytes(), ".npz")
     if not path.is_file():
         path.parent.mkdir(parents=True, exist_ok=True)
         write_signal(path, signal)
-    page.state.set(vibration=page.state.workspace.name_of(path))
-    page.committed(redraw=True)
+    page.change(vibration=page.state.workspace.name_of(path))
 
 
 async def _ask_recording(page: MakePage) -> None:
     """Ask for a recording of the run's training data, and use it."""
     run = page.state.run
-    store = None if run is None else await in_background(page.state.runs.store_of, run)
+    store = None if run is None else await kit.in_background(page.state.runs.store_of, run)
     if store is None:
         raise DataError("The training data of this run is not in this workspace.")
     infos = list(store.index)[:MOST_OFFERED]
     titles = {info.id: f"{info.material or info.source or 'recording'} · {info.id[:8]}" for info in infos}
-    with ui.dialog().props('aria-label="Recording of the training data"') as dialog, ui.card():
-        heading(f"Recording of {store.name}")
-        chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense")
-        chosen.classes("w-80")
-        with ui.row():
-            ui.button("Use", on_click=lambda: dialog.submit(chosen.value)).props("no-caps unelevated")
-            ui.button("Cancel", on_click=lambda: dialog.submit(None)).props("no-caps flat")
-    id = await dialog
-    if id:
-        signal = await in_background(store.signal, id, store.streams_of(id)[0])
-        _use_vibration(page, f"{store.info(id).material or 'recording'}-{id[:8]}", signal)
 
+    async def use() -> None:
+        if id := chosen.value:
+            signal = await kit.in_background(store.signal, id, store.streams_of(id)[0])
+            _use_vibration(page, f"{store.info(id).material or 'recording'}-{id[:8]}.npz", signal)
+        dialog.close()
 
-# -- motion ----------------------------------------------------------------------------------------------
+    with kit.form_dialog(f"Recording of {store.name}", "Use", use) as dialog:
+        chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense").classes("w-80")
 
 
 def draw_motion(page: MakePage) -> None:
     """Draw the choice of a motion: none, that of a simulated hand, or an uploaded one."""
     state = page.state
     options = {"": "none: one speed and force", "simulated": "a simulated hand"}
-    for path in sorted(state.motions.glob("[!.]*.csv")):
-        options[state.workspace.name_of(path)] = f"file: {path.stem}"
-    options.setdefault(state.request.motion, state.request.motion)
+    _draw_choice(page, "motion", "Motion", options | _files(page, state.motions, ".csv"), redraw=True)
 
-    def choose(motion: str) -> None:
-        state.set(motion=motion)
-        page.committed(redraw=True)
+    async def uploaded(name: str, data: bytes) -> None:
+        stored = await kit.in_background(store_motion, state.motions, name, data)
+        page.change(motion=state.workspace.name_of(state.motions / stored))
 
-    select = ui.select(options, value=state.request.motion, label="Motion")
-    select.on_value_change(report_errors(lambda event: choose(event.value or "")))
-    select.classes("w-full").props('outlined dense options-dense data-motion="1"')
-
-    async def uploaded(event: Any) -> None:
-        data = await event.file.read()
-        upload.reset()
-        name = await in_background(store_motion, state.motions, event.file.name, data)
-        choose(state.workspace.name_of(state.motions / name))
-
-    upload = ui.upload(on_upload=report_errors(uploaded), auto_upload=True).classes("hidden")
-    upload.props('accept=".csv" data-motion-upload="1"')
     with ui.row():
-        button = ui.button("Upload a motion").props("no-caps outline dense")
-    button.on("click", js_handler=f"() => window.tactogramMake.choose({upload.id})")
-    hint("The surface follows its speed and force, and is silent where the finger rests or is lifted.")
+        kit.file_button("Upload a motion", uploaded, accept=".csv", marks='data-motion-upload="1"')
+    kit.hint("The surface follows its speed and force, and is silent where the finger rests or is lifted.")
 
 
 def store_motion(folder: Path, name: str, data: bytes) -> str:
@@ -267,7 +235,7 @@ def store_motion(folder: Path, name: str, data: bytes) -> str:
         If it is not a motion file.
     """
     name = check_upload(name, data, kind="signal")
-    stored = f"{Path(safe_name(name)).stem[:60]}-{hashlib.sha256(data).hexdigest()[:8]}.csv"
+    stored = _hashed(name, data, ".csv")
     with atomic_write(folder / stored) as part:
         part.write_bytes(data)
         try:

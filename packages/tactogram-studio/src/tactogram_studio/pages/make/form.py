@@ -1,9 +1,8 @@
-"""Form of the page Make: its parts by the conditions of a run's model, a filled-in form, and its history."""
+"""Form of the page Make: its parts by the conditions of a run's model, and a filled-in form."""
 
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
@@ -12,6 +11,8 @@ from tactogram.datasets import JAPANESE, SEVEN_POINT
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Kind, SignalKind
 from tactogram.models import ModelDescription
+from tactogram_studio.workspace.commands import arguments, assignments, command_line
+from tactogram_studio.workspace.runs import FinishedRun
 
 MOST_SEED = 2**31 - 1
 MOST_COUNT = 8
@@ -127,6 +128,14 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
         drawn=tuple(name for name in conditions if name in DRAWN),
         instead=tuple(PARTS[name] for name in model.instead if name in PARTS),
     )
+
+
+def form_of_run(run: FinishedRun) -> GenerationForm:
+    """Return the form of a run: without a photograph in place of materials, if it was trained without photographs."""
+    form = form_of(run.model, run.kind)
+    if run.data.get("photographs", {}).get("train"):
+        return form
+    return replace(form, instead=tuple(part for part in form.instead if part != "photo"))
 
 
 @dataclass(frozen=True)
@@ -264,12 +273,12 @@ def check_request(request: GenerationRequest, form: GenerationForm) -> None:
 def command(request: GenerationRequest, form: GenerationForm, *, photo: str = "") -> str:
     """Return the equivalent command, to be run in the workspace; ``photo`` is the file of the cropped photograph."""
     rest = form.has("words") and not form.some_words and set(form.words) - set(request.words)
-    options: dict[str, str | float | None] = {
-        "--mix": _assignments(request.mix) if form.mixes else "",
+    options = {
+        "--mix": assignments(request.mix) if form.mixes else "",
         "--material": "" if form.mixes else next(iter(request.mix), ""),
         "--image": request.photo and (photo or request.photo),
         "--text": request.text,
-        "--words": _assignments(request.words) if form.has("words") else "",
+        "--words": assignments(request.words) if form.has("words") else "",
         "--rest": "mean" if rest else "",
         "--vibration": request.vibration,
         "--motion": request.motion,
@@ -284,11 +293,7 @@ def command(request: GenerationRequest, form: GenerationForm, *, photo: str = ""
         "--count": request.count if request.count > 1 else None,
         "--out": "made.png" if form.gives == "image" else "made.wav",
     }
-    words = ["tactogram", "generate", request.run]
-    for option, value in options.items():
-        if value not in (None, ""):
-            words += [option, value if isinstance(value, str) else _exact(float(value))]
-    return shlex.join(words)
+    return command_line(arguments("generate", request.run, options=options))
 
 
 def word_label(word: str) -> str:
@@ -304,38 +309,3 @@ def _title_of(file: str) -> str:
 def _is_crop(crop: Crop) -> bool:
     left, top, right, bottom = crop
     return all(map(math.isfinite, crop)) and 0 <= left < right <= 1 and 0 <= top < bottom <= 1
-
-
-def _assignments(values: Mapping[str, float]) -> str:
-    return ",".join(f"{name}={_exact(value)}" for name, value in values.items())
-
-
-def _exact(value: float) -> str:
-    """Return a number as text that reads back as itself."""
-    return f"{value:g}" if float(f"{value:g}") == value else repr(float(value))
-
-
-@dataclass(frozen=True)
-class FormHistory:
-    """Earlier and undone states of a form (`GenerationRequest` as JSON), the nearest last."""
-
-    past: tuple[Mapping[str, Any], ...] = ()
-    future: tuple[Mapping[str, Any], ...] = ()
-
-    MOST = 50
-
-    def after(self, state: Mapping[str, Any]) -> FormHistory:
-        """Return the history after ``state`` is replaced by a new one; undone states are dropped."""
-        return FormHistory((*self.past, state)[-self.MOST :], ())
-
-    def undone(self, present: Mapping[str, Any]) -> tuple[FormHistory, Mapping[str, Any]]:
-        """Return the history and the state before ``present``; raise `ParameterError` if there is none."""
-        if not self.past:
-            raise ParameterError("Nothing to undo.")
-        return FormHistory(self.past[:-1], (*self.future, present)), self.past[-1]
-
-    def redone(self, present: Mapping[str, Any]) -> tuple[FormHistory, Mapping[str, Any]]:
-        """Return the history and the state after ``present``; raise `ParameterError` if there is none."""
-        if not self.future:
-            raise ParameterError("Nothing to redo.")
-        return FormHistory((*self.past, present), self.future[:-1]), self.future[-1]

@@ -11,25 +11,24 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
+from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
-from tactogram_studio.layout import heading, hint, in_background, report_errors
+from tactogram_studio import kit
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
-from tactogram_studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED
-from tactogram_studio.pages.make.materials_view import draw_material, draw_mix, draw_text
-from tactogram_studio.pages.make.words_view import draw_words
+from tactogram_studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED, word_label
+from tactogram_studio.pages.make.mix_view import draw_mix
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage
 
 MOST_SPEED_MM_S, MOST_FORCE_N = 2000, 100
+LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 
 
 def draw_form(page: MakePage) -> None:
     """Draw the choice of a run, and its form."""
     _draw_runs(page)
     form = page.state.form
-    if form is None:
-        return
     ui.timer(0.05, partial(_load_ahead, page), once=True)
     parts: list[tuple[str, str, Callable[[MakePage], None]]] = [
         ("photo", "Photograph", draw_photo),
@@ -50,10 +49,10 @@ def draw_form(page: MakePage) -> None:
         if part not in unused and (not part or form.shows(part)):
             with ui.element("fieldset").classes("card part"):
                 with ui.element("legend"):
-                    heading(title)
+                    kit.heading(title)
                 draw(page)
                 if part in form.instead and form.materials:
-                    hint(
+                    kit.hint(
                         "In place of the materials; remove it to use these."
                         if getattr(used, part)
                         else "Describes the surface in place of the materials."
@@ -62,55 +61,48 @@ def draw_form(page: MakePage) -> None:
 
 async def _load_ahead(page: MakePage) -> None:
     """Load the run and matplotlib while the form is filled in; errors appear when something is generated."""
-    run = page.state.run
-    if run is not None:
+    if page.state.run is not None:
         with suppress(TactogramError):
-            await in_background(page.state.runs.load, run)
-        await in_background(importlib.import_module, "matplotlib")
+            await kit.in_background(page.state.runs.load, page.state.run)
+        await kit.in_background(importlib.import_module, "matplotlib")
 
 
 def _draw_runs(page: MakePage) -> None:
     state = page.state
-    titles = {run.name: run.title for run in state.runs.finished()}
 
     def choose(event: Any) -> None:
         if event.value and event.value != state.request.run:
             state.choose(event.value)
             page.committed(redraw=True)
 
-    with ui.element("section").classes("card part"):
-        select = ui.select(titles, value=state.request.run or None, label="Run")
-        select.on_value_change(report_errors(choose))
+    with kit.card(classes="part"):
+        titles = {run.name: run.title for run in state.runs.finished()}
+        select = ui.select(titles, value=state.request.run or None, label="Run", on_change=choose)
         select.classes("w-full").props('outlined dense options-dense data-run="1"')
         if state.run is not None:
             model = state.run.model
             with ui.row().classes("items-center gap-2"):
-                hint(f"{model.authors[0]} {model.year}: {model.title}")
-                if state.run.kind.simulated:
-                    ui.label("trained on simulated data").classes("simulated")
+                kit.hint(f"{model.authors[0]} {model.year}: {model.title}")
+                kit.mark_simulated(state.run.kind.simulated, "trained on simulated data")
 
 
 def _draw_recording(page: MakePage) -> None:
     """Draw the choice of a vibration, and the speed and force that it was recorded with."""
     draw_vibration(page)
     form = page.state.form
-    if form is None or not page.state.request.vibration:
+    if not page.state.request.vibration:
         return
     with ui.element("div").classes("numbers"):
-        for part, field, label, most in (
-            ("vibration_speed", "vibration_speed_mm_s", "Recorded at, mm/s", MOST_SPEED_MM_S),
-            ("vibration_force", "vibration_force_n", "Recorded with, N", MOST_FORCE_N),
-        ):
-            if form.has(part):
-                _draw_number(page, field, label, most=most)
+        if form.has("vibration_speed"):
+            _draw_number(page, "vibration_speed_mm_s", "Recorded at, mm/s", most=MOST_SPEED_MM_S)
+        if form.has("vibration_force"):
+            _draw_number(page, "vibration_force_n", "Recorded with, N", most=MOST_FORCE_N)
         if form.has("vibration_contactor"):
             _draw_contactor(page, "vibration_contactor", "Recorded by")
 
 
 def _draw_numbers(page: MakePage) -> None:
     form = page.state.form
-    if form is None:
-        return
     optional, moved = [], bool(page.state.request.motion)
     with ui.element("div").classes("numbers"):
         for name, field, label, most, shown in (
@@ -127,9 +119,9 @@ def _draw_numbers(page: MakePage) -> None:
         _draw_number(page, "seed", "Seed", whole=True, least=0, most=MOST_SEED)
         _draw_number(page, "count", "Number of results", whole=True, least=1, most=MOST_COUNT)
     if optional:
-        hint(f"Leave empty for the model's default: {', '.join(optional)}.")
+        kit.hint(f"Leave empty for the model's default: {', '.join(optional)}.")
     if form.drawn:
-        hint(
+        kit.hint(
             "With the same seed the noise stays the same: results differ only by the settings that you change."
             if form.gives == "image"
             else "With the same seed a surface keeps its noise at any speed and force; other surfaces have their own."
@@ -137,14 +129,10 @@ def _draw_numbers(page: MakePage) -> None:
 
 
 def _draw_contactor(page: MakePage, name: str, label: str) -> None:
-    def changed(event: Any) -> None:
-        page.state.set(**{name: event.value})
-        page.committed()
-
-    chosen = ui.select(
-        ["finger", "stylus"], label=label, value=getattr(page.state.request, name), clearable=True
-    )
-    chosen.on_value_change(report_errors(changed)).props(f'outlined dense data-number="{name}"')
+    value = getattr(page.state.request, name)
+    chosen = ui.select(["finger", "stylus"], label=label, value=value, clearable=True)
+    chosen.on_value_change(lambda event: page.change(redraw=False, **{name: event.value}))
+    chosen.props(f'outlined dense data-number="{name}"')
 
 
 def _draw_number(
@@ -159,7 +147,90 @@ def _draw_number(
         elif not whole:
             state.set(**{name: None})
 
-    number = ui.number(label, value=getattr(state.request, name), min=least, max=most)
-    number.on_value_change(report_errors(changed))
+    number = ui.number(label, value=getattr(state.request, name), min=least, max=most, on_change=changed)
     number.props(f'outlined dense data-number="{name}"' + (" clearable" if not whole else ""))
-    number.on("blur", report_errors(page.committed)).on("keydown.enter", report_errors(page.committed))
+    number.on("blur", page.committed).on("keydown.enter", page.committed)
+
+
+def draw_text(page: MakePage) -> None:
+    """Draw the field of a description in English."""
+    state = page.state
+
+    async def describe(text: str) -> None:
+        found = await kit.in_background(state.runs.described, state.request, text) if text.strip() else None
+        page.change(**({"text": found.text, "weights": found.weights} if found else {"text": ""}))
+
+    text = ui.input("Describe it in English, and press Enter", value=state.request.text)
+    text.classes("w-full").props(
+        'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
+    )
+    text.on("keydown.enter", lambda: describe(text.value or "")).on("clear", lambda: describe(""))
+    if state.request.text:
+        kit.hint("In place of the materials, with the photograph if there is one; clear it to use these.")
+
+
+def draw_material(page: MakePage) -> None:
+    """Draw the choice of the one material that a photograph shows."""
+    materials = page.state.form.materials
+    options = {"": "determined from the photograph", **{name: name for name in materials}}
+    select = ui.select(options, value=next(iter(page.state.request.mix), ""), label="Material")
+    select.on_value_change(
+        lambda event: page.change(redraw=False, weights={event.value: 1.0} if event.value else {})
+    )
+    select.classes("w-full").props("outlined dense options-dense")
+
+
+def draw_words(page: MakePage) -> None:
+    """Draw the scores of the words that the run knows, a checkbox and a slider each."""
+    state = page.state
+    kit.hint(
+        f"{scale_text(state.run.kind.scale if state.run else None)} Unticked words are "
+        + ("left open." if state.form.some_words else "set to their mean over the training data.")
+    )
+    with ui.element("div").classes("sliders words"):
+        for word in state.form.words:
+            _draw_word(page, word, unset="open" if state.form.some_words else "mean")
+
+
+def scale_text(scale: tuple[float, float] | None) -> str:
+    """Return the meaning of the sliders for a run whose ratings have this scale."""
+    if scale == (0.0, 1.0):
+        return f"Share of people who agree: {LOW:g} nobody, {(LOW + HIGH) / 2:g} half, {HIGH:g} everybody."
+    text = f"{LOW:g} (not at all) to {HIGH:g} (very)."
+    if scale not in (None, (LOW, HIGH)):
+        text += f" The run's own ratings, {scale[0]:g} to {scale[1]:g}, are mapped to this range."
+    return text
+
+
+def _draw_word(page: MakePage, word: str, *, unset: str) -> None:
+    state = page.state
+    scores = state.request.words
+    box = ui.checkbox(word_label(word), value=word in scores).props("dense").classes("name")
+    slider = ui.slider(min=LOW, max=HIGH, step=0.1, value=scores.get(word, (LOW + HIGH) / 2))
+    slider.props(f'aria-label="Score of {kit.attribute(word)}" data-word="{kit.attribute(word)}"')
+    share = ui.label("").classes("share")
+
+    def put(score: float | None) -> None:
+        """Set or remove the score, with the words in the run's order."""
+        scores = {**state.request.words, word: score}
+        ordered = {name: scores.get(name) for name in state.form.words}
+        state.set(words={name: value for name, value in ordered.items() if value is not None})
+        show()
+
+    def show() -> None:
+        score = state.request.words.get(word)
+        share.text = f"{score:.1f}" if score is not None else unset
+        slider.classes(remove="unset") if score is not None else slider.classes("unset")
+
+    def slid(event: Any) -> None:
+        put(round(float(event.value), 2))
+        box.value = True
+
+    def ticked(event: Any) -> None:
+        if event.value != (word in state.request.words):
+            put(round(float(slider.value), 2) if event.value else None)
+            page.committed()
+
+    slider.on_value_change(slid).on("change", page.committed)
+    box.on_value_change(ticked)
+    show()

@@ -13,39 +13,44 @@ from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import heading, hint, page, report_errors, route
+from tactogram_studio.kit.starter import draw_progress
 from tactogram_studio.pages.make.form import GenerationRequest
 from tactogram_studio.pages.make.form_view import draw_form
 from tactogram_studio.pages.make.results_view import draw_results
-from tactogram_studio.pages.make.runs import RunCatalogue
+from tactogram_studio.pages.make.runs import GeneratingRuns
 from tactogram_studio.pages.make.state import MakePageState
 from tactogram_studio.signals import view as signal_view
-from tactogram_studio.workspace.shelf import KeptResult, ResultArchive
+from tactogram_studio.workspace.shelf import KeptResult
 
 HEAD = '<link rel="stylesheet" href="/static/make.css"><script type="module" src="/static/make.js"></script>'
 
 
 def add(studio: Studio) -> None:
     """Register the page, and the routes of its images."""
-    runs = RunCatalogue(studio.workspace)
+    runs = GeneratingRuns(studio.workspace)
     signal_view.add_routes()
-    _add_routes(studio)
+    _add_routes(studio, runs)
 
-    @route("/make")
+    @kit.route("/make")
     def show(run: str = "", generate: bool = False) -> None:
         storage = app.storage.user.setdefault("make", {})
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
             state.choose(run)
-        with page("Make", wide=True):
+        with kit.page("Make", wide=True):
             ui.add_head_html(HEAD)
             signal_view.load_player()
+            if state.run is None:
+                studio.starter.make()
+                draw_progress(studio.starter, ready=ui.navigate.reload)
+                return
             drawn = MakePage(studio, state)
             drawn.draw()
-            if generate and state.run is not None:
+            if generate:
                 ui.run_javascript("history.replaceState(null, '', '/make')")  # a reload generates nothing
-                ui.timer(0.05, report_errors(drawn.generate), once=True)
+                ui.timer(0.05, drawn.generate, once=True)
 
 
 class MakePage:
@@ -59,10 +64,7 @@ class MakePage:
         self._number = 0
 
     def draw(self) -> None:
-        """Draw the page or, without any run, the progress of the example surfaces."""
-        if self.state.run is None:
-            self._draw_starter()
-            return
+        """Draw the page."""
         with ui.element("div").classes("grid-2 make"):
             with ui.element("div").classes("make-form"):
                 self.form()
@@ -98,12 +100,17 @@ class MakePage:
         with ui.element("details").classes("command"):
             with ui.element("summary"):
                 ui.label("Equivalent command").classes("in-line small")
-            hint("Run it in the workspace folder:")
+            kit.hint("Run it in the workspace folder:")
             with ui.row().classes("w-full items-start no-wrap gap-2"):
                 ui.element("pre").classes("grow").props('tabindex="0"')._text = text
-                ui.button("Copy", on_click=copy).props("flat dense no-caps")
+                ui.button("Copy", on_click=copy).props("flat dense")
 
     # -- the form's state --------------------------------------------------------------------------------
+
+    def change(self, *, redraw: bool = True, **changes: Any) -> None:
+        """Change the form by an undoable step."""
+        self.state.set(**changes)
+        self.committed(redraw=redraw)
 
     def committed(self, *, redraw: bool = False) -> None:
         """Make changes of the form an undoable step, and update what depends on it."""
@@ -114,8 +121,8 @@ class MakePage:
             self.form.refresh()
 
     def _enable_undo(self) -> None:
-        self.undo_button.set_enabled(bool(self.state.history.past))
-        self.redo_button.set_enabled(bool(self.state.history.future))
+        self.undo_button.set_enabled(bool(self.state.storage.get("past")))
+        self.redo_button.set_enabled(bool(self.state.storage.get("future")))
 
     def undo(self) -> None:
         """Undo the last change of the form."""
@@ -131,33 +138,29 @@ class MakePage:
         if not (event.action.keydown and event.modifiers.ctrl):
             return
         name = str(event.key.name).lower()
-        try:
-            if name == "z" and not event.modifiers.shift:
-                self.undo()
-            elif name in ("y", "z"):
-                self.redo()
-        except TactogramError as error:
-            ui.notify(str(error))
+        if name == "z" and not event.modifiers.shift:
+            self.undo()
+        elif name in ("y", "z"):
+            self.redo()
 
     # -- generating --------------------------------------------------------------------------------------
 
     def _draw_buttons(self) -> None:
         with ui.row().classes("w-full items-center gap-2 make-buttons"):
-            self.button = ui.button("Generate", on_click=report_errors(self.generate))
-            self.button.props("no-caps unelevated")
-            seed = ui.button("New seed", on_click=report_errors(self.generate_with_new_seed))
-            seed.props("no-caps outline").tooltip("Choose another random seed, and generate")
-            self.undo_button = ui.button(icon="undo", on_click=report_errors(self.undo)).props("flat dense")
+            self.button = ui.button("Generate", on_click=self.generate).props("unelevated")
+            seed = ui.button("New seed", on_click=self.generate_with_new_seed).props("outline")
+            seed.tooltip("Choose another random seed, and generate")
+            self.undo_button = ui.button(icon="undo", on_click=self.undo).props("flat dense")
             self.undo_button.props(
                 'aria-label="Undo the last change of the form" aria-keyshortcuts="Control+Z"'
             )
-            self.redo_button = ui.button(icon="redo", on_click=report_errors(self.redo)).props("flat dense")
+            self.redo_button = ui.button(icon="redo", on_click=self.redo).props("flat dense")
             self.redo_button.props('aria-label="Redo" aria-keyshortcuts="Control+Y"')
         self._enable_undo()
         with ui.row().classes("w-full items-center gap-2") as self.progress:
             ui.spinner()
             self.progress_text = ui.label("").props('role="status"')
-            ui.button("Cancel", on_click=self.cancel).props("no-caps flat dense")
+            ui.button("Cancel", on_click=self.cancel).props("flat dense")
         self.progress.set_visibility(False)
         ui.timer(0.2, self._show_progress)
 
@@ -171,8 +174,7 @@ class MakePage:
 
     async def generate_with_new_seed(self) -> None:
         """Choose a random seed, and generate."""
-        self.state.set(seed=secrets.randbelow(10_000))
-        self.committed(redraw=True)
+        self.change(seed=secrets.randbelow(10_000))
         await self.generate()
 
     async def generate(self) -> None:
@@ -227,42 +229,21 @@ class MakePage:
         said = self.state.runs.said(request)
         return [self.state.store_result(request, run, number, made, said) for number, made in results]
 
-    def _draw_starter(self) -> None:
-        """Draw the progress of the example surfaces, and reload the page when they are ready."""
-        starter = self.studio.starter
-        starter.make()
-        with ui.element("section").classes("card").props('aria-live="polite"'):
-            heading("There is no finished run in this workspace yet.")
-            progress = ui.label("")
 
-        def update() -> None:
-            if starter.state == "ready":
-                ui.navigate.reload()
-            elif starter.state == "failed":
-                progress.text = f"{starter.line}."
-            else:
-                progress.text = f"Preparing example surfaces (simulated): {starter.line}"
-
-        ui.timer(0.5, update)
-
-
-def _add_routes(studio: Studio) -> None:
+def _add_routes(studio: Studio, runs: GeneratingRuns) -> None:
     """Register the routes of photographs and of results that are images."""
-    archives = {"made": ResultArchive(studio.workspace.studio_folder / "made"), "kept": studio.shelf}
+    state = MakePageState(studio.workspace, studio.shelf, runs, {})
 
     @app.get("/make/image/{where}/{id}")
     def image(where: str, id: str) -> Response:
-        try:
-            result = archives[where].get(id)
-        except (KeyError, TactogramError):
+        result = state.find(f"{where}:{id}")
+        if result is None or not result.is_image:
             return Response("no such image", status_code=404, media_type="text/plain")
-        if not result.is_image:
-            return Response("a signal, not an image", status_code=404, media_type="text/plain")
         return FileResponse(result.file, media_type="image/png")
 
     @app.get("/make/photo/{name}")
     def photograph(name: str) -> Response:
-        folder = (studio.workspace.studio_folder / "photos").resolve()
+        folder = state.photographs.resolve()
         path = (folder / name).resolve()
         if path.parent != folder or path.suffix != ".png" or not path.is_file():
             return Response("no such photograph", status_code=404, media_type="text/plain")

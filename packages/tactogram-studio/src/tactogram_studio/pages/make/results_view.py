@@ -1,18 +1,23 @@
-"""Results of the page Make: shown, played, kept, and compared with each other and with recordings."""
+"""Results of the page Make: shown, played, kept, downloaded, and compared with each other and with recordings."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram_studio.layout import attribute, heading, hint, in_background, report_errors
-from tactogram_studio.pages.make.downloads import draw_download
+from tactogram.rendering import file_name, haptic_formats
+from tactogram.workflows import SIGNAL_FORMATS, convert, list_formats
+from tactogram_studio import kit
+from tactogram_studio.signals.sound import PLAYBACK_MM_S
 from tactogram_studio.signals.view import SignalEntry, signal_cards
-from tactogram_studio.workspace.shelf import KeptResult
-from tactogram_studio.workspace.shelf_view import ask_title
+from tactogram_studio.workspace.shelf import LONGEST_TITLE, KeptResult
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage
@@ -25,14 +30,13 @@ def draw_results(page: MakePage) -> None:
     """Draw the selected result, and those it is compared with."""
     state = page.state
     if page.failure:
-        with ui.element("section").classes("card").props('role="alert"'):
-            heading("Generation failed")
+        with kit.card("Generation failed") as failed:
+            failed.props('role="alert"')
             ui.label(f"{page.failure[:1].upper()}{page.failure[1:].rstrip('.')}.")
     present = state.current_result()
     if present is None:
         if not page.failure:
-            with ui.element("section").classes("card"):
-                heading("No result yet")
+            with kit.card("No result yet"):
                 ui.label("Press Generate to see and play a result here.").classes("quiet")
         return
     name = str(state.storage.get("present"))
@@ -68,18 +72,19 @@ def _draw_images(shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> 
     tops = []
     for (name, result), title in zip(shown, titles, strict=True):
         rows, columns = result.image().size
-        where, _, id = name.partition(":")
-        with ui.element("section").classes("card signal") as card:
-            card.props(f'role="group" aria-label="{attribute(result.title)}"')
+        with kit.card(label=result.title, classes="signal"):
             with ui.row().classes("w-full items-center gap-2") as top:
-                heading(title)
-                if result.facts.get("simulated"):
-                    ui.label("simulated").classes("simulated")
-            hint(f"{columns} x {rows} pixels")
+                kit.heading(title)
+                kit.mark_simulated(result.facts.get("simulated"))
+            kit.hint(f"{columns} x {rows} pixels")
             image = ui.element("img").classes("made-image")
-            image.props(f'src="/make/image/{where}/{id}" alt="Generated image: {attribute(result.title)}"')
+            image.props(f'src="{_image_address(name)}" alt="Generated image: {kit.attribute(result.title)}"')
         tops.append(top)
     return tops
+
+
+def _image_address(name: str) -> str:
+    return f"/make/image/{name.replace(':', '/')}"
 
 
 def _draw_comparison_bar(
@@ -101,22 +106,22 @@ def _draw_comparison_bar(
         state.storage["true_levels"] = bool(event.value)
         page.results.refresh()
 
-    with ui.element("section").classes("card bar-compare").props('aria-label="Compare"'):
+    with kit.card(label="Compare", classes="bar-compare"):
         if offers:
-            select = ui.select(offers, label="Compare with", on_change=report_errors(add))
+            select = ui.select(offers, label="Compare with", on_change=add)
             select.props("outlined dense options-dense").classes("grow")
         if present.is_image:
             return
         if present.facts.get("what") == "made" and not (state.run and state.run.ships):
-            nearest = ui.button(NEAREST).props("no-caps outline dense")
-            nearest.on_click(report_errors(lambda: _add_nearest(page, present, nearest)))
+            nearest = ui.button(NEAREST).props("outline dense")
+            nearest.on_click(lambda: _add_nearest(page, present, nearest))
         with ui.element("div").props("data-player-loop"):
             state.storage.setdefault("loop", True)
             ui.checkbox("Loop").props("dense").bind_value(state.storage, "loop")
         if compared:
-            switch = ui.switch("At their true strengths", value=bool(state.storage.get("true_levels")))
-            switch.props("dense").on_value_change(report_errors(set_levels))
-            hint("Keys 1 to 9 switch between the results while playing; Escape stops.")
+            levels = bool(state.storage.get("true_levels"))
+            ui.switch("At their true strengths", value=levels, on_change=set_levels).props("dense")
+            kit.hint("Keys 1 to 9 switch between the results while playing; Escape stops.")
 
 
 async def _add_nearest(page: MakePage, present: KeptResult, button: ui.button) -> None:
@@ -126,12 +131,12 @@ async def _add_nearest(page: MakePage, present: KeptResult, button: ui.button) -
     button.text = "Searching"
     try:
         run = state.runs.get(str(present.facts.get("run", "")))
-        method, recordings = await in_background(lambda: state.runs.nearest(run, present.signal()))
+        method, recordings = await kit.in_background(lambda: state.runs.nearest(run, present.signal()))
         if not recordings:
             raise DataError("There is no recording to compare with.")
         for title, signal, simulated in recordings[:2]:
             facts = {"what": "recording", "run": run.name, "simulated": simulated, "found": method}
-            stored = await in_background(state.made.keep, signal, title=title, facts=facts)
+            stored = await kit.in_background(state.made.keep, signal, title=title, facts=facts)
             state.add_comparison(f"made:{stored.id}")
         ui.notify(f"Found the nearest recordings {method}.")
     finally:
@@ -145,16 +150,14 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
     state = page.state
 
     async def keep() -> None:
-        kept = await in_background(state.shelf.keep_copy, result)
+        kept = await kit.in_background(state.shelf.keep_copy, result)
         state.record_kept(name, kept)
         ui.notify(f"Kept: {kept.title}.", type="positive")
         page.results.refresh()
 
-    async def rename() -> None:
-        title = await ask_title(result.title)
-        if title is not None:
-            state.rename(name, title)
-            page.results.refresh()
+    def rename(title: str) -> None:
+        state.rename(name, title)
+        page.results.refresh()
 
     def remove() -> None:
         state.remove_comparison(name)
@@ -167,34 +170,34 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
         state.add_comparison(before)
         page.results.refresh()
 
+    def button(text: str, press: Any, label: str = "", look: str = "flat") -> None:
+        named = f"{label or text} {kit.attribute(result.title)}"
+        ui.button(text, on_click=press).props(f'dense {look} aria-label="{named}"')
+
     if described := result.facts.get("described"):
-        hint(str(described)).classes("w-full")
+        kit.hint(str(described)).classes("w-full")
     for note in result.facts.get("limited", ()):
-        hint(f"{note[:1].upper()}{note[1:]}.").classes("w-full")
+        kit.hint(f"{note[:1].upper()}{note[1:]}.").classes("w-full")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
     if first and result.facts.get("what") == "made" and not result.is_image:
         _draw_class(page, result)
-    title = attribute(result.title)
     with ui.element("div").classes("done"):
-        draw_download(name, result)
+        _draw_download(name, result)
         if kept:
-            hint("Kept")
+            kit.hint("Kept")
             ui.link("Send", f"/send?of=kept:{kept}").classes("small")
-            button = ui.button("Rename", on_click=report_errors(rename))
-            button.props(f'no-caps dense flat aria-label="Rename {title}"')
+            button("Rename", lambda: kit.ask_title(result.title, LONGEST_TITLE, rename))
         else:
-            button = ui.button("Keep", on_click=report_errors(keep))
-            button.props(f'no-caps dense outline aria-label="Keep {title}"')
+            button("Keep", keep, look="outline")
         if not first:
-            button = ui.button("Show first", on_click=report_errors(show_first))
-            button.props(f'no-caps dense flat aria-label="Show first: {title}"')
-            button = ui.button(icon="close", on_click=report_errors(remove))
-            button.props(f'dense flat aria-label="Remove {title}"')
+            button("Show first", show_first, "Show first:")
+            close = ui.button(icon="close", on_click=remove)
+            close.props(f'dense flat aria-label="Remove {kit.attribute(result.title)}"')
 
 
 def _draw_class(page: MakePage, result: KeptResult) -> None:
     """Draw the prediction of a fitting classifier once it is known; nothing without a classifier."""
-    label = hint("").classes("prediction")
+    label = kit.hint("").classes("prediction")
     runs = page.state.runs
 
     async def fill() -> None:
@@ -202,7 +205,7 @@ def _draw_class(page: MakePage, result: KeptResult) -> None:
             classifier = runs.classifier_for(runs.get(str(result.facts.get("run", ""))))
             if classifier is None:
                 return
-            found = await in_background(lambda: runs.classify(classifier, result.signal()))
+            found = await kit.in_background(lambda: runs.classify(classifier, result.signal()))
             closest = f"{found['material']}, {found['probability']:.0%}"
             verdict = f"none of these (closest: {closest})" if found["none_of_these"] else closest
             text = f"Classified as {verdict} by {classifier.name}"
@@ -211,7 +214,7 @@ def _draw_class(page: MakePage, result: KeptResult) -> None:
         if not label.is_deleted:
             label.text = text
 
-    ui.timer(0.05, report_errors(fill), once=True)
+    ui.timer(0.05, fill, once=True)
 
 
 def _draw_earlier(page: MakePage, name: str) -> None:
@@ -225,13 +228,61 @@ def _draw_earlier(page: MakePage, name: str) -> None:
         page.state.select_result(f"made:{result.id}")
         page.results.refresh()
 
-    with ui.element("section").classes("card"):
-        heading("Earlier results")
-        with ui.element("ul").classes("earlier"):
-            for result in earlier:
-                with ui.element("li"):
-                    button = ui.button(
-                        result.title, on_click=report_errors(lambda result=result: show(result))
-                    )
-                    button.props("no-caps flat dense align=left")
-                    hint(str(result.facts.get("model", "")))
+    with kit.card("Earlier results"), ui.element("ul").classes("earlier"):
+        for result in earlier:
+            with ui.element("li"):
+                ui.button(result.title, on_click=partial(show, result)).props("flat dense align=left")
+                kit.hint(str(result.facts.get("model", "")))
+
+
+def _draw_download(name: str, result: KeptResult) -> None:
+    """Draw the button with the formats of a result: WAV and other formats of signals, and haptic files."""
+
+    async def download(format: str) -> None:
+        with kit.busy(f"Writing {format}"):
+            file, data, loss = await kit.in_background(encoded, result, format)
+        ui.download.content(data, file)
+        if loss:
+            ui.notify(f"{file} {loss}.")
+
+    button = ui.button("Download").props(f'dense flat aria-label="Download {kit.attribute(result.title)}"')
+    if result.is_image:
+        button.on_click(lambda: ui.download.from_url(_image_address(name), f"{_stem(result)}.png"))
+        return
+    with button, ui.menu():
+        for format, title in titles().items():
+            ui.menu_item(title, partial(download, format)).props('role="menuitem"')
+
+
+def titles() -> dict[str, str]:
+    """Return the titles of the formats by name."""
+    haptic = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
+    return {format: format.upper() for format in SIGNAL_FORMATS} | haptic
+
+
+def encoded(result: KeptResult, format: str) -> tuple[str, bytes, str]:
+    """Return a result as a file: its name, its bytes, and what a haptic file keeps and loses.
+
+    Raises
+    ------
+    TactogramError
+        If the format cannot hold it.
+    """
+    suffix, haptic = list_formats()[format]["suffix"], format in haptic_formats()
+    name = file_name(_stem(result), format) if haptic else f"{_stem(result)}{suffix}"
+    over_time = result.signal().domain == "time"
+    speed = PLAYBACK_MM_S if haptic and not over_time else None
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        facts = convert(result.file, path, format=format, play_at=speed)
+        return name, path.read_bytes(), _sentence(facts["written"], speed) if haptic else ""
+
+
+def _sentence(written: Mapping[str, Any], speed_mm_s: float | None) -> str:
+    """Return what a haptic file keeps and loses, of several axes the first, and the verdict on all."""
+    played = "" if speed_mm_s is None else f" Played at {speed_mm_s:g} mm/s."
+    return f"{written['told'][0]}{played} Verdict: {written['verdict']}"
+
+
+def _stem(result: KeptResult) -> str:
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", result.title)[:40].strip("-") or "touch"

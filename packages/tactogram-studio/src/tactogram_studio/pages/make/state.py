@@ -12,19 +12,22 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image
 from tactogram_studio.pages.make.form import (
-    FormHistory,
     GenerationForm,
     GenerationRequest,
     adapted,
     command,
+    form_of_run,
 )
-from tactogram_studio.pages.make.runs import FinishedRun, RunCatalogue
+from tactogram_studio.pages.make.runs import GeneratingRuns
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.runs import FinishedRun
 from tactogram_studio.workspace.shelf import KeptResult, ResultArchive
 
 MOST_COMPARED = 6
 MOST_LISTED = 12
 """Number of earlier results in the list."""
+MOST_STEPS = 50
+"""Steps that can be undone."""
 MOST_STORED = 60
 """Number of unkept results on disk; the oldest are deleted first."""
 
@@ -32,15 +35,16 @@ MOST_STORED = 60
 class MakePageState:
     """State of one browser's page.
 
-    ``storage`` has JSON values that survive a reload, with results by name: ``made:ID`` in the archive ``made`` of
-    unkept results, or ``kept:ID`` on the shelf. ``request`` is the form as shown, ``committed`` the last undoable one.
+    ``storage`` has JSON values that survive a reload: forms (``past``, ``asked``, ``future``), and results by name:
+    ``made:ID`` in the archive ``made`` of unkept results, or ``kept:ID`` on the shelf. ``request`` is the form as
+    shown, ``committed`` the last undoable one.
     """
 
     def __init__(
         self,
         workspace: Workspace,
         shelf: ResultArchive,
-        runs: RunCatalogue,
+        runs: GeneratingRuns,
         storage: MutableMapping[str, Any],
     ) -> None:
         self.workspace, self.shelf, self.runs, self.storage = workspace, shelf, runs, storage
@@ -48,18 +52,14 @@ class MakePageState:
         self.photographs = workspace.studio_folder / "photos"
         self.vibrations = workspace.studio_folder / "vibrations"
         self.motions = workspace.studio_folder / "motions"
-        self.history = FormHistory(tuple(storage.get("past") or ()), tuple(storage.get("future") or ()))
-        self.request = GenerationRequest.from_stored(storage.get("asked") or {})
         self.run: FinishedRun | None = None
-        self._select_run(self.request.run)
-        self.committed = self.request
+        self.request = self.committed = GenerationRequest()
+        self._restore(storage.get("asked") or {})
 
     @property
-    def form(self) -> GenerationForm | None:
-        """The form of the chosen run, if any."""
-        return None if self.run is None else self.run.form
-
-    # -- the form ----------------------------------------------------------------------------------------
+    def form(self) -> GenerationForm:
+        """The form of the chosen run; an empty one without a run."""
+        return GenerationForm((), ()) if self.run is None else form_of_run(self.run)
 
     def choose(self, run: str) -> None:
         """Choose another run, as one undoable step; values that its form lacks are dropped."""
@@ -68,15 +68,14 @@ class MakePageState:
 
     def _select_run(self, name: str) -> None:
         """Choose a run, or the newest one if it is missing or generates nothing."""
-        run = None
-        if name:
-            with suppress(TactogramError):
-                candidate = self.runs.get(name)
-                _ = candidate.form  # raises if it generates nothing
-                run = candidate
-        self.run = run or next(iter(self.runs.finished()), None)
+        self.run = None
+        with suppress(TactogramError):
+            candidate = self.runs.get(name) if name else None
+            if candidate is not None and form_of_run(candidate):
+                self.run = candidate
+        self.run = self.run or next(iter(self.runs.finished()), None)
         if self.run is not None:
-            self.request = adapted(replace(self.request, run=self.run.name), self.run.form)
+            self.request = adapted(replace(self.request, run=self.run.name), self.form)
 
     def set(self, **changes: Any) -> None:
         """Change the form without an undoable step, as while a slider moves."""
@@ -86,31 +85,33 @@ class MakePageState:
         """Make the changes an undoable step and store them; return whether there were any."""
         changed = self.request != self.committed
         if changed and self.committed.run:
-            self.history = self.history.after(asdict(self.committed))
+            self.storage["past"] = [*self.storage.get("past", ()), asdict(self.committed)][-MOST_STEPS:]
+            self.storage["future"] = []
         self.committed = self.request
-        self._store_form()
+        self.storage["asked"] = asdict(self.request)
         return changed
 
     def undo(self) -> None:
-        """Undo the last step."""
+        """Undo the last step; raise `ParameterError` if there is none."""
         self.commit()
-        self.history, form = self.history.undone(asdict(self.request))
-        self._restore(form)
+        self._step("past", "future", "Nothing to undo.")
 
     def redo(self) -> None:
-        """Redo the last undone step."""
-        self.history, form = self.history.redone(asdict(self.request))
-        self._restore(form)
+        """Redo the last undone step; raise `ParameterError` if there is none."""
+        self._step("future", "past", "Nothing to redo.")
 
-    def _restore(self, form: Any) -> None:
+    def _step(self, back: str, forth: str, refusal: str) -> None:
+        if not self.storage.get(back):
+            raise ParameterError(refusal)
+        *self.storage[back], form = self.storage[back]
+        self.storage[forth] = [*self.storage.get(forth, ()), asdict(self.request)]
+        self._restore(form)
+        self.commit()
+
+    def _restore(self, form: Mapping[str, Any]) -> None:
         self.request = GenerationRequest.from_stored(form)
         self._select_run(self.request.run)
         self.committed = self.request
-        self._store_form()
-
-    def _store_form(self) -> None:
-        self.storage["asked"] = asdict(self.request)
-        self.storage["past"], self.storage["future"] = list(self.history.past), list(self.history.future)
 
     def photo_file(self, request: GenerationRequest) -> str:
         """Return the file of the cropped photograph, relative to the workspace; write it if it is missing."""
@@ -125,7 +126,7 @@ class MakePageState:
 
     def command(self) -> str:
         """Return the equivalent command, to be run in the workspace."""
-        if self.form is None:
+        if self.run is None:
             return ""
         return command(self.form.used(self.request), self.form, photo=self.photo_file(self.request))
 
@@ -141,9 +142,10 @@ class MakePageState:
     ) -> KeptResult:
         """Store and return a generated result with what is said of it; the oldest unkept are deleted.
 
-        ``said`` is that of `RunCatalogue.said`.
+        ``said`` is that of `GeneratingRuns.said`.
         """
-        request = run.form.used(request)
+        form = form_of_run(run)
+        request = form.used(request)
         title = f"{request.title}, seed {request.seed}" + (f" ({number})" if request.count > 1 else "")
         facts = {
             "what": "made",
@@ -154,7 +156,7 @@ class MakePageState:
             "seed": request.seed,
             "number": number,
             "simulated": run.kind.simulated,
-            "command": command(request, run.form, photo=self.photo_file(request)),
+            "command": command(request, form, photo=self.photo_file(request)),
             **(said or {}),
         }
         result = self.made.keep(made, title=title, facts=facts)
@@ -200,13 +202,18 @@ class MakePageState:
         """Show a result no longer next to the first one."""
         self.storage["beside"] = [other for other in self.storage.get("beside", []) if other != name]
 
+    def archive(self, where: str) -> ResultArchive:
+        """Return the archive ``made`` or ``kept``; `ParameterError` for any other."""
+        if where not in ("made", "kept"):
+            raise ParameterError(f"no archive {where[:40]!r}")
+        return self.made if where == "made" else self.shelf
+
     def find(self, name: str) -> KeptResult | None:
         """Return a result by name, or None if it no longer exists."""
         where, _, id = name.partition(":")
-        try:
-            return {"made": self.made, "kept": self.shelf}[where].get(id)
-        except (KeyError, TactogramError):
-            return None
+        with suppress(TactogramError):
+            return self.archive(where).get(id)
+        return None
 
     def record_kept(self, name: str, kept: KeptResult) -> None:
         """Note the copy of a result on the shelf."""
@@ -217,7 +224,7 @@ class MakePageState:
         for each in (name, f"kept:{self.kept_id(name)}"):
             where, _, id = each.partition(":")
             if self.find(each) is not None:
-                (self.made if where == "made" else self.shelf).rename(id, title)
+                self.archive(where).rename(id, title)
 
     def kept_id(self, name: str) -> str:
         """Return the id of a result's copy on the shelf; empty if there is none."""

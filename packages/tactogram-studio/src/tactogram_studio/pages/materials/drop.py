@@ -8,27 +8,19 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from nicegui import app, events, ui
+from nicegui import app, ui
 
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
 from tactogram.workflows import add_signal
-from tactogram_studio.layout import (
-    NumberField,
-    busy,
-    heading,
-    hint,
-    in_background,
-    page,
-    report_errors,
-    route,
-    upload,
-)
-from tactogram_studio.pages.materials.media import HEAD, MaterialsContext, address
+from tactogram_studio import kit
+from tactogram_studio.pages.materials.media import HEAD, address
 from tactogram_studio.pages.materials.neighbours import draw_similar
+from tactogram_studio.pages.materials.recordings import open_named
 from tactogram_studio.signals.view import add_routes, signal_card
+from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.uploads import save_upload
 
 FIELDS = {
@@ -40,14 +32,15 @@ FIELDS = {
     "sheet": "Sheet",
 }
 """What the page asks of a file that does not state it, by the argument of `read_file`."""
-PICTURES = ".png,.jpg,.jpeg,.webp,.tif,.tiff,.bmp"
+TEXTS = ("contactor", "session", "subject")
+PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp")
 
 
-def add(context: MaterialsContext) -> None:
+def add(workspace: Workspace) -> None:
     """Register ``/materials/drop``."""
     add_routes()
 
-    @route("/materials/drop")
+    @kit.route("/materials/drop")
     async def show(
         file: str = "",
         set: str = "",
@@ -60,9 +53,9 @@ def add(context: MaterialsContext) -> None:
     ) -> None:
         given = {"unit": unit, "rate": rate, "axes": axes, "time": time, "part": part, "sheet": sheet}
         ui.add_head_html(HEAD)
-        with page("Materials"):
+        with kit.page("Materials"):
             ui.link("All stores", "/materials").classes("small")
-            uploaded = _UploadedFile(context, file, set, given)
+            uploaded = _UploadedFile(workspace, file, set, given)
             uploaded.draw_upload()
             if file:
                 with uploaded.analysis:
@@ -72,11 +65,10 @@ def add(context: MaterialsContext) -> None:
 class _UploadedFile:
     """An uploaded file, stored in the workspace until it is removed; its settings are part of the page's address."""
 
-    def __init__(self, context: MaterialsContext, file: str, set_name: str, given: Mapping[str, str]) -> None:
-        self.context, self.file = context, file
+    def __init__(self, workspace: Workspace, file: str, set_name: str, given: Mapping[str, str]) -> None:
+        self.workspace, self.file = workspace, file
         numbers = {name: _positive(given[name]) for name in ("rate", "part")}
         self.query = {"file": file, "set": set_name, **given, **numbers}
-        workspace = context.studio.workspace
         self.folder = workspace.studio_folder / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
         self.chosen_set = set_name if set_name in self.sets else ""
@@ -84,7 +76,7 @@ class _UploadedFile:
 
     @property
     def path(self) -> Path:
-        path = self.context.studio.workspace.inside(self.folder / self.file)
+        path = self.workspace.inside(self.folder / self.file)
         if path.parent != self.folder or not path.is_file():
             raise ParameterError(f"{self.file[:100]}: no longer available; upload it again")
         return path
@@ -108,44 +100,40 @@ class _UploadedFile:
         return in_words_of_the_page(str(error).replace(f"{self.folder}/", ""))
 
     def draw_upload(self) -> None:
-        async def take(event: events.UploadEventArguments) -> None:
-            data = await event.file.read()
+        async def take(name: str, data: bytes) -> None:
             try:
-                with busy(f"Reading {event.file.name}"):
-                    saved = await in_background(store_signal, self.folder, event.file.name, data)
+                with kit.busy(f"Reading {name}"):
+                    saved = await kit.in_background(store_signal, self.folder, name, data)
             except (TactogramError, OSError) as error:
-                self._draw_failure(event.file.name, error)
+                self._draw_failure(name, error)
                 return
             ui.navigate.to(address("drop", file=saved.name, set=self.chosen_set))
 
-        with ui.element("section").classes("card w-full"):
-            heading("Upload a recording")
-            hint(f"Supported files: {USUAL}. The recording stays on this machine.")
-            field = upload("Drop a file here, or choose one", on_upload=report_errors(take))
-            field.props(f'accept="{",".join(READABLE)}"').classes("w-full")
-            field.on("rejected", lambda: ui.notify(f"Expected one of {USUAL}.", type="negative"))
-        self.analysis = ui.column().classes("w-full gap-4 items-stretch")
+        with kit.card("Upload a recording"):
+            kit.hint(f"Supported files: {USUAL}. The recording stays on this machine.")
+            kit.file_field(
+                "Drop a file here, or choose one", take, accept=READABLE, refused=f"Expected one of {USUAL}."
+            )
+        self.analysis = kit.column()
 
     def _draw_failure(self, name: str, error: Exception) -> None:
         """Replace what is shown of an earlier file by the reason why a later one could not be read."""
         self.analysis.clear()
         ui.navigate.history.replace(address("drop", set=self.chosen_set))
         with self.analysis, ui.element("section").classes("card w-full"):
-            heading(name)
+            kit.heading(name)
             ui.label(self._message(error)).classes("text-negative").props('role="alert"')
 
     async def draw_file(self) -> None:
         try:
-            read = await in_background(lambda: read_file(self.path, **self.reading))
+            read = await kit.in_background(lambda: read_file(self.path, **self.reading))
         except (TactogramError, OSError, ValueError) as error:
-            with ui.element("section").classes("card w-full"):
-                heading(self.file)
+            with kit.card(self.file):
                 ui.label(self._message(error)).classes("text-negative").props('role="alert"')
                 self._draw_reading()
             return
         signal = read.signal
-        with ui.element("section").classes("card w-full"):
-            heading(self.file)
+        with kit.card(self.file):
             self._draw_facts(read)
             self._draw_reading(closed=True)
         self.set = self.chosen_set or self._matching_set(signal)
@@ -155,12 +143,12 @@ class _UploadedFile:
             ui.label("There is no store to compare it with, or to add it to.")
             ui.link("Simulate or import one", "/materials")
             return
-        with ui.element("section").classes("card w-full"):
+        with kit.card():
             sets = ui.select(self.sets, label="Store to compare with and add to", value=self.set)
             sets.classes("w-full max-w-lg").on_value_change(lambda event: self.go(set=event.value))
-        stream = matching_stream(self.context.store(self.set), signal)
-        draw_similar(self.context, signal, set_name=self.set, stream=stream)
-        _AddForm(self, simulated, stream).draw()
+        stream = matching_stream(open_named(self.workspace, self.set), signal)
+        draw_similar(self.workspace, signal, set_name=self.set, stream=stream)
+        _AddForm(self, simulated, stream)
 
     def _draw_facts(self, read: SignalFile) -> None:
         signal = read.signal
@@ -169,16 +157,16 @@ class _UploadedFile:
             f"{signal.extent:.3g} {over} at {signal.rate:g} {per}, in {signal.unit}, axes {', '.join(signal.axes)}"
         )
         if read.timing is not None and not read.timing.even:
-            hint("Its uneven time stamps were converted to even spacing.")
+            kit.hint("Its uneven time stamps were converted to even spacing.")
         others = [f"{name} ({', '.join(other.axes)}, {other.unit})" for name, other in read.others.items()]
         for note in (*read.notes, *([f"also holds {', '.join(others)}"] if others else [])):
-            hint(f"{in_words_of_the_page(note)}.")
+            kit.hint(f"{in_words_of_the_page(note)}.")
 
     def _matching_set(self, signal: Signal) -> str:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
         for name in self.sets:
             with suppress(TactogramError, OSError):
-                if matching_stream(self.context.store(name), signal):
+                if matching_stream(open_named(self.workspace, name), signal):
                     return name
         return next(iter(self.sets), "")
 
@@ -198,7 +186,7 @@ class _UploadedFile:
                 self.go(**{name: field.value or "" for name, field in fields.items()})
 
             ui.button("Read again", on_click=again).props("outline")
-            ui.button("Remove", on_click=report_errors(self._remove)).props("flat color=negative")
+            ui.button("Remove", on_click=self._remove).props("flat color=negative")
 
     def _remove(self) -> None:
         self.path.unlink(missing_ok=True)
@@ -210,41 +198,34 @@ class _AddForm:
 
     def __init__(self, uploaded: _UploadedFile, simulated: bool, stream: str) -> None:
         self.uploaded = uploaded
-        self.store = uploaded.context.store(uploaded.set)
-        self.simulated = simulated
+        self.store = open_named(uploaded.workspace, uploaded.set)
         self.values: dict[str, Any] = app.storage.user.setdefault("drop", {}).setdefault(uploaded.file, {})
-        self.values.setdefault("simulated", simulated)
-        if self.values.get("stream") not in self.store.streams:
-            self.values["stream"] = stream or next(iter(self.store.streams))
-
-    def draw(self) -> None:
-        values = self.values
+        fields = kit.Form(self.values, classes="w-36")
         materials = sorted({info.material for info in self.store.index if info.material})
-        with ui.element("section").classes("card w-full").props('aria-label="Add to the store"'):
-            heading(f"Add to {self.uploaded.set}")
+        with kit.card(f"Add to {uploaded.set}", label="Add to the store"):
             with ui.row().classes("items-end gap-3"):
-                ui.input("Material", autocomplete=materials).bind_value(values, "material").classes("w-56")
+                fields.text("material", "Material", autocomplete=materials).classes("w-56", remove="w-36")
                 if len(self.store.streams) > 1:
-                    streams = ui.select(list(self.store.streams), label="Stream")
-                    streams.bind_value(values, "stream").classes("w-40")
-                NumberField("Speed, mm/s").bind_value(values, "speed_mm_s").classes("w-32")
-                NumberField("Force, N").bind_value(values, "force_n").classes("w-32")
-                for name in ("contactor", "session", "subject"):
-                    ui.input(name.capitalize()).bind_value(values, name).classes("w-32")
-            hint("Enter a code as the subject, never a name.")
-            photograph = upload("Photograph (optional)", on_upload=report_errors(self._take_photograph))
-            photograph.props(f'accept="{PICTURES}"').classes("w-full max-w-lg")
+                    fields.choice("stream", list(self.store.streams), "Stream", stream)
+                fields.number("speed_mm_s", "Speed, mm/s")
+                fields.number("force_n", "Force, N")
+                for name in TEXTS:
+                    fields.text(name, name.capitalize())
+            kit.hint("Enter a code as the subject, never a name.")
+            photograph = kit.file_field("Photograph (optional)", self._take_photograph, accept=PICTURES)
+            photograph.classes("max-w-lg")
             self.photograph = ui.label().classes("small")
             self._show_photograph()
-            box = ui.checkbox("Simulated, or generated by a model").bind_value(values, "simulated")
-            box.set_enabled(not self.simulated)
+            fields.classes, fields.changed = "", self._warn
+            fields.box("simulated", "Simulated, or generated by a model", simulated).set_enabled(
+                not simulated
+            )
             self.warning = ui.label().classes("small")
-            self.agreed = ui.checkbox("Mix measured and simulated recordings").bind_value(values, "agreed")
-            self.problem = ui.label().classes("text-negative").props('role="alert"')
-            self.button = ui.button("Add", on_click=report_errors(self._add))
+            self.agreed = fields.box("agreed", "Mix measured and simulated recordings")
+            self.problem = kit.alert()
+            self.button = ui.button("Add", on_click=self._add)
             self.done = ui.column().classes("gap-1").props('role="status"')
         self._warn()
-        ui.timer(0.5, self._warn)
 
     def _warn(self) -> None:
         every = all(info.simulated for info in self.store.index)
@@ -255,27 +236,25 @@ class _AddForm:
         name = self.values.get("photograph")
         self.photograph.text = f"photograph: {name}" if name else ""
 
-    async def _take_photograph(self, event: events.UploadEventArguments) -> None:
-        data = await event.file.read()
-        saved = await in_background(save_upload, self.uploaded.folder, event.file.name, data, kind="image")
+    async def _take_photograph(self, name: str, data: bytes) -> None:
+        saved = await kit.in_background(save_upload, self.uploaded.folder, name, data, kind="image")
         self.values["photograph"] = saved.name
         self._show_photograph()
 
     async def _add(self) -> None:
-        self.problem.text = ""
-        try:
+        report: dict[str, Any] = {}
+        with kit.refusals(self.problem, self.uploaded._message):
             if not (self.values.get("material") or "").strip():
                 raise ParameterError("Material: enter the material that was touched")
             if self.agreed.visible and not self.values.get("agreed"):
                 raise ParameterError(
                     "Measured and simulated recordings would be mixed: tick the box above to allow it"
                 )
-            with busy("Adding the recording", button=self.button):
-                report = await in_background(self._added)
-        except (TactogramError, OSError) as error:
-            self.problem.text = self.uploaded._message(error)
-            return
+            with kit.busy("Adding the recording", button=self.button):
+                report = await kit.in_background(self._added)
         self.done.clear()
+        if not report:
+            return
         with self.done:
             if report["added"]:
                 ui.label(f"Added: {self.uploaded.set} now has {report['recordings']:,} recordings.")
@@ -285,16 +264,16 @@ class _AddForm:
                 ).classes("small")
             else:
                 ui.label("The store already has a recording with the same samples; nothing was changed.")
-            query = {"set": self.uploaded.set, "id": report["id"], "stream": self.values["stream"]}
+            query = {"set": self.uploaded.set, "id": report["id"], "stream": self.values.get("stream")}
             ui.link("Show the recording", address("recording", **query))
 
     def _added(self) -> dict[str, Any]:
         """Add the recording and return the report of `add_signal`."""
-        values, workspace = self.values, self.uploaded.context.studio.workspace
+        values, workspace = self.values, self.uploaded.workspace
         photograph = values.get("photograph")
-        texts, numbers = ("contactor", "session", "subject"), ("speed_mm_s", "force_n")
-        conditions: dict[str, Any] = {name: (values.get(name) or "").strip() or None for name in texts}
-        conditions |= {name: None if values.get(name) is None else float(values[name]) for name in numbers}
+        conditions: dict[str, Any] = {name: (values.get(name) or "").strip() or None for name in TEXTS}
+        for name in ("speed_mm_s", "force_n"):
+            conditions[name] = None if values.get(name) is None else float(values[name])
         return add_signal(
             workspace.inside(self.uploaded.set),
             self.uploaded.path,

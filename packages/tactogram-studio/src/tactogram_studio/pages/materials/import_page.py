@@ -9,15 +9,22 @@ from typing import Any
 
 from nicegui import app, ui
 
-from tactogram.datasets import MATERIAL_FROM, TableMapping, layouts_by_columns, read_mapping
+from tactogram.datasets import (
+    MATERIAL_FROM,
+    TableMapping,
+    layouts_by_columns,
+    proposed_layouts,
+    read_mapping,
+    write_mapping,
+)
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.signal.io import TableLayout
 from tactogram.workflows import list_sets
-from tactogram_studio.layout import heading, hint, in_background, page, report_errors, route
+from tactogram_studio import kit
+from tactogram_studio.kit.tasks import TaskCards, TaskStart
 from tactogram_studio.pages.materials import receiving
-from tactogram_studio.pages.materials.import_start import ImportStart
-from tactogram_studio.pages.materials.media import HEAD, MaterialsContext
+from tactogram_studio.pages.materials.media import HEAD, address
 from tactogram_studio.pages.materials.preview_view import PreviewView
 from tactogram_studio.pages.materials.receiving import (
     add_routes,
@@ -25,8 +32,14 @@ from tactogram_studio.pages.materials.receiving import (
     drop_zone,
     import_address,
 )
+from tactogram_studio.tasks.queue import output_name, trainings_of
+from tactogram_studio.workspace.commands import arguments, free_name
+from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.received import ReceivedFolders
 
+MAPPINGS = "mappings"
+"""Folder of the workspace for mappings."""
+UPDATE_S = 1.0
 MATERIALS = {
     "folder": "the first folder",
     "last_folder": "the folder next to the file",
@@ -35,25 +48,24 @@ MATERIALS = {
 }
 
 
-def add(context: MaterialsContext) -> None:
+def add(workspace: Workspace) -> None:
     """Register ``/materials/import`` and the route that takes folders."""
-    add_routes(context.studio.workspace)
+    add_routes(workspace)
 
-    @route("/materials/import")
+    @kit.route("/materials/import")
     async def show(folder: str = "", set: str = "folder") -> None:
         ui.add_head_html(HEAD + receiving.HEAD)
-        with page("Materials"):
+        with kit.page("Materials"):
             ui.link("All stores", "/materials").classes("small")
-            await ImportPage(context, folder, set).draw()
+            await ImportPage(workspace, folder, set).draw()
 
 
 class ImportPage:
     """A folder to import; its settings survive a reload."""
 
-    def __init__(self, context: MaterialsContext, folder: str, set_name: str) -> None:
-        self.context, self.folder = context, folder
-        self.workspace = context.studio.workspace
-        self.received = ReceivedFolders(self.workspace)
+    def __init__(self, workspace: Workspace, folder: str, set_name: str) -> None:
+        self.workspace, self.folder = workspace, folder
+        self.received = ReceivedFolders(workspace)
         self.values: dict[str, Any] = app.storage.user.setdefault("import", {}).setdefault(folder, {})
         self.values.setdefault("set", set_name)
         for name, value in {"material_from": "folder", "options": "", "layouts": [], "mapping": ""}.items():
@@ -96,16 +108,15 @@ class ImportPage:
         try:
             path = self.path
         except ParameterError as error:
-            with ui.element("section").classes("card w-full"):
-                ui.label(str(error)).classes("text-negative").props('role="alert"')
+            with kit.card():
+                kit.alert(str(error))
             return
-        sets = await in_background(list_sets)
-        with ui.element("section").classes("card w-full").props('aria-label="Preview"'):
-            heading(path.name)
+        sets = await kit.in_background(list_sets)
+        with kit.card(path.name, label="Preview"):
             self._draw_settings(sets["import"])
             self.preview.draw_summary()
         self.preview.draw()
-        ImportStart(self).draw()
+        _ImportStart(self)
 
     def _draw_source(self) -> None:
         workspace = self.workspace
@@ -114,8 +125,8 @@ class ImportPage:
             workspace.name_of(path): f"{path.name} (sent to the studio)" for path in self.received.all()
         }
         with ui.element("section").classes("card w-full"), drop_zone():
-            heading("Import recordings")
-            hint(
+            kit.heading("Import recordings")
+            kit.hint(
                 "Drop a folder with a folder for each material, or with tables that have a column of materials, or a "
                 "zip of it. The files stay on this machine, and a "
                 "preview shows how each would be read before anything is imported."
@@ -155,9 +166,7 @@ class ImportPage:
             more.props("debounce=700").classes("w-60")
             more.on_value_change(lambda event: self.change(options=event.value or ""))
             if self.received.contains(self.path):
-                ui.button("Remove from the studio", on_click=report_errors(self._remove)).props(
-                    "flat no-caps color=negative"
-                )
+                ui.button("Remove from the studio", on_click=self._remove).props("flat color=negative")
 
     def _use_mapping(self, name: str) -> None:
         try:
@@ -179,10 +188,100 @@ class ImportPage:
     def change(self, **values: Any) -> None:
         """Store settings, and preview anew."""
         self.values.update(values)
-        ui.timer(0, report_errors(self.preview.refresh), once=True)
+        ui.timer(0, self.preview.refresh, once=True)
 
     def map_columns(self, layouts: Sequence[TableLayout]) -> None:
         """Store another mapping of some columns."""
         others = layouts_by_columns(self.layouts) | layouts_by_columns(layouts)
         flat = [layout.model_dump(mode="json") for alike in others.values() for layout in alike]
         self.values.update(layouts=flat, mapping="")
+
+
+class _ImportStart:
+    """Form that starts the import of a previewed folder, as a process that outlives the page."""
+
+    def __init__(self, importing: ImportPage) -> None:
+        self.page, self.workspace = importing, importing.workspace
+        self.queue = trainings_of(self.workspace)
+        suggested = free_name(self.workspace.folder / "data", safe_store_name(importing.path.name))
+        with kit.card("Import into a store"):
+            with ui.row().classes("items-end gap-3 w-full"):
+                self.name = ui.input("Name of the store", value=suggested).classes("w-60")
+                self.skip = ui.checkbox("Leave the skipped files out")
+            self.start = TaskStart(
+                self.queue,
+                "import",
+                "Import",
+                arguments=self._arguments,
+                output=lambda: output_name("data", self.name.value),
+                prepare=self._prepare,
+            )
+            if importing.is_folder:
+                with self.start.row:
+                    ui.button("Save mapping", on_click=self._save).props("outline")
+            self.done = ui.column().classes("gap-1").props('role="status"')
+            self.cards = TaskCards(self.queue, ("import",))
+            self.cards.draw()
+        ui.timer(UPDATE_S, self._update)
+
+    def _arguments(self) -> list[str]:
+        page, settings = self.page, shlex.split(self.page.values["options"] or "")
+        if page.is_folder and page.values["material_from"] != "folder":
+            settings.insert(0, f"material_from={page.values['material_from']}")
+        options = {
+            "--out": output_name("data", self.name.value),
+            "--mapping": self._mapping_name(),
+            "--set": settings,
+            "--skip-bad": bool(self.skip.value),
+        }
+        words = ("data", "import", page.values["set"], self.workspace.name_of(page.path))
+        return arguments(*words, options=options)
+
+    def _mapping_name(self) -> str:
+        """Return the file of the mapping in use: a saved one, or one that is saved with the store's name."""
+        if not (self.page.is_folder and self.page.layouts):
+            return ""
+        return self.page.values["mapping"] or f"{MAPPINGS}/{(self.name.value or '').strip()}.toml"
+
+    def _prepare(self) -> None:
+        """Refuse an import that would fail, and write the mapping in use; one that exists must be the same."""
+        facts, mapping = self.page.preview.facts, self._mapping_name()
+        if facts.get("question"):
+            raise ParameterError("Say first what the paths name: the summary above asks")
+        if facts.get("needs_skip_bad") and not self.skip.value:
+            raise ParameterError("Some files cannot be read: tick the box above to leave them out")
+        if not mapping or mapping == self.page.values["mapping"]:
+            return
+        path = self.workspace.inside(mapping)
+        if not path.exists():
+            write_mapping(path, self.page.layouts)
+        elif [*read_mapping(path).layout] != self.page.layouts:
+            raise ParameterError(f"{mapping}: holds another mapping; choose another name")
+
+    async def _save(self) -> None:
+        if not self.page.preview.facts:
+            raise ParameterError("Wait for the preview first")
+        folder = self.workspace.folder / MAPPINGS
+        path = folder / free_name(folder, safe_store_name(self.page.path.name), ".toml")
+        layouts = proposed_layouts(self.page.preview.facts, self.page.layouts)
+        await kit.in_background(write_mapping, path, layouts)
+        ui.notify(f"Saved as {self.workspace.name_of(path)}: it is offered above for other folders, too.")
+
+    async def _update(self) -> None:
+        self.skip.visible = bool(self.page.preview.facts.get("needs_skip_bad"))
+        self.cards.update(await kit.in_background(lambda: self.cards.unfinished(self.queue.all())))
+        if (task := self.start.task) is not None:
+            status = await kit.in_background(self.queue.status, task)
+            if status.state == "finished":
+                self.start.task = None
+                self.done.clear()
+                with self.done:
+                    ui.label(f"{task.about} is complete.")
+                    ui.link("Open the store", address("set", set=task.about))
+                    ui.link("Train a model", f"/train?data={task.about}")
+
+
+def safe_store_name(name: str) -> str:
+    """Return a name that a store may have."""
+    kept = "".join(c if c.isascii() and (c.isalnum() or c in "._-") else "_" for c in name)
+    return kept.strip("._-")[:80] or "recordings"

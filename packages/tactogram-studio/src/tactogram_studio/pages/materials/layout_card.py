@@ -14,7 +14,7 @@ from tactogram.datasets import Recording
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import IGNORED, LABELS, RATE, TIME, UNCLEAR, TableLayout
-from tactogram_studio.layout import NumberField, attribute, heading, hint
+from tactogram_studio import kit
 from tactogram_studio.pages.materials.columns import ROLES, TIME_UNITS, UNITS, ColumnChoices
 from tactogram_studio.pages.materials.recordings import trace_svg
 
@@ -44,15 +44,15 @@ class LayoutCard:
 
     def draw(self) -> None:
         """Draw the card without its picture."""
-        with ui.element("section").classes("card w-full layout").props(f'aria-label="Layout {self.number}"'):
+        with kit.card(label=f"Layout {self.number}", classes="w-full layout"):
             with ui.element("div"):
-                heading(f"Layout {self.number}")
+                kit.heading(f"Layout {self.number}")
                 self._counts = ui.label().style("overflow-wrap: anywhere")
                 if self.choices.headings and self._changed is not None and not self.facts["tables"]:
                     self._draw_columns()
-                self._timing = hint("")
-                self._problem = ui.label().classes("text-negative").props('role="alert"')
-            self._picture = ui.column().classes("w-full gap-2 items-stretch")
+                self._timing = kit.hint("")
+                self._problem = kit.alert()
+            self._picture = kit.column(gap=2)
         self.update(self.facts)
 
     def update(self, facts: Mapping[str, Any]) -> None:
@@ -82,13 +82,13 @@ class LayoutCard:
             for place, name in enumerate(self.choices.headings):
                 ui.label(name).style("overflow-wrap: anywhere")
                 role = ui.select(self._roles_of(place), value=self.choices.roles[place])
-                role.props(f'dense options-dense aria-label="{attribute(name)}: read as"')
+                role.props(f'dense options-dense aria-label="{kit.attribute(name)}: read as"')
                 unit = ui.select(self._units_of(place), value=self.choices.units[place])
-                unit.props(f'dense options-dense aria-label="{attribute(name)}: unit"')
+                unit.props(f'dense options-dense aria-label="{kit.attribute(name)}: unit"')
                 role.on_value_change(partial(self._set_role, place))
                 unit.on_value_change(partial(self._set_unit, place))
                 self._lists.append((role, unit))
-        rate = NumberField("Rate, Hz", value=self.choices.rate, placeholder="as the files say")
+        rate = kit.NumberField("Rate, Hz", value=self.choices.rate, placeholder="as the files say")
         rate.props("dense debounce=700").classes("w-44").on_value_change(self._set_rate)
         self._show_choices()
 
@@ -157,14 +157,14 @@ def by_key(layouts: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]
 def _draw_signal(title: str, signal: Signal) -> None:
     over, per = ("s", "Hz") if signal.domain == "time" else ("mm", "per mm")
     ui.label(title).style("overflow-wrap: anywhere")
-    hint(f"{signal.extent:.4g} {over} at {signal.rate:.6g} {per}")
+    kit.hint(f"{signal.extent:.4g} {over} at {signal.rate:.6g} {per}")
     for axis, samples in zip(signal.axes, signal.samples, strict=True):
         low, high = (f"{value:.4g}" for value in (samples.min(), samples.max()))
         text = f"{axis}: {low} to {high} {'' if signal.unit == '1' else signal.unit}".strip()
         picture = trace_svg(replace(signal, samples=samples[None], axes=(axis,)))
         source = f"data:image/svg+xml;base64,{b64encode(picture).decode()}"
-        hint(text)
-        ui.element("img").classes("trace").props(f'src="{source}" alt="Waveform of {attribute(text)}"')
+        kit.hint(text)
+        ui.element("img").classes("trace").props(f'src="{source}" alt="Waveform of {kit.attribute(text)}"')
 
 
 def timing_text(facts: Mapping[str, Any]) -> str:

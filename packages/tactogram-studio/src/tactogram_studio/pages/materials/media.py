@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Annotated, Any
 from urllib.parse import urlencode
 
@@ -12,8 +11,7 @@ from nicegui import app, ui
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram_studio.context import Studio
-from tactogram_studio.layout import attribute, hint
+from tactogram_studio import kit
 from tactogram_studio.pages.materials.recordings import (
     UNITS,
     open_named,
@@ -24,27 +22,14 @@ from tactogram_studio.pages.materials.recordings import (
     thumbnail,
     trace_svg,
 )
-from tactogram_studio.pages.train.trainings import TaskQueue
-from tactogram_studio.signals.byte_ranges import range_response
 from tactogram_studio.signals.pictures import spectrogram_png
-from tactogram_studio.signals.sound import sound_of
+from tactogram_studio.signals.sound import range_response, sound_of
 from tactogram_studio.signals.traits import traits_of
+from tactogram_studio.workspace.folder import Workspace
 
 HEAD = '<link rel="stylesheet" href="/static/materials.css">'
 KEPT = {"cache-control": "private, max-age=86400"}
 """A recording never changes under its id."""
-
-
-@dataclass
-class MaterialsContext:
-    """Context of the materials pages."""
-
-    studio: Studio
-    trainings: TaskQueue
-
-    def store(self, name: str) -> Store:
-        """Return a store by its path relative to the workspace."""
-        return open_named(self.studio.workspace, name)
 
 
 def address(page: str, **query: Any) -> str:
@@ -53,7 +38,7 @@ def address(page: str, **query: Any) -> str:
     return f"/materials/{page}?{urlencode(query)}"
 
 
-def add_routes(context: MaterialsContext) -> None:
+def add_routes(workspace: Workspace) -> None:
     """Register the routes of recordings' small pictures and sounds."""
 
     def respond(make: Callable[[], bytes], kind: str, byte_range: str | None = None) -> Response:
@@ -64,16 +49,18 @@ def add_routes(context: MaterialsContext) -> None:
 
     @app.get("/materials/picture")
     def picture(set: str, key: str, size: int = 160) -> Response:
-        return respond(lambda: thumbnail(context.store(set), key, size=size), "image/jpeg")
+        return respond(lambda: thumbnail(open_named(workspace, set), key, size=size), "image/jpeg")
 
     @app.get("/materials/trace")
     def trace(set: str, id: str, stream: str = "") -> Response:
-        return respond(lambda: trace_svg(recording_start(context.store(set), id, stream)), "image/svg+xml")
+        return respond(
+            lambda: trace_svg(recording_start(open_named(workspace, set), id, stream)), "image/svg+xml"
+        )
 
     @app.get("/materials/spectrogram")
     def spectrogram(set: str, id: str, stream: str = "") -> Response:
         def make() -> bytes:
-            traits = traits_of(recording_start(context.store(set), id, stream))
+            traits = traits_of(recording_start(open_named(workspace, set), id, stream))
             return spectrogram_png(traits, width=240, height=56)
 
         return respond(make, "image/png")
@@ -81,7 +68,7 @@ def add_routes(context: MaterialsContext) -> None:
     @app.get("/materials/sound")
     def sound(set: str, id: str, stream: str = "", range: Annotated[str | None, Header()] = None) -> Response:
         def make() -> bytes:
-            store = context.store(set)
+            store = open_named(workspace, set)
             name = stream_of(store, id, stream)
             return sound_of(store.signal(id, name)).wav
 
@@ -110,21 +97,20 @@ def draw_recording(
                 link.style("overflow-wrap: anywhere")
                 if note:
                     ui.label(note).classes("small")
-                if info.simulated:
-                    ui.label("simulated").classes("simulated")
-            hint(summary(info)).style("overflow-wrap: anywhere")
+                kit.mark_simulated(info.simulated)
+            kit.hint(summary(info)).style("overflow-wrap: anywhere")
         query = {"set": set_name, "id": info.id, "stream": name}
         picture(address("trace", **query), f"Waveform of {name}, {title}")
         picture(address("spectrogram", **query), f"Spectrogram of {name}, {title}")
         source = address("sound", **query)
         ui.element("audio").props(
-            f'controls preload="none" src="{source}" aria-label="Play {attribute(title)}"'
+            f'controls preload="none" src="{source}" aria-label="Play {kit.attribute(title)}"'
         )
 
 
 def picture(source: str, text: str) -> None:
     """Draw a picture that loads when it scrolls into view."""
-    ui.element("img").props(f'src="{source}" alt="{attribute(text)}" loading="lazy"')
+    ui.element("img").props(f'src="{source}" alt="{kit.attribute(text)}" loading="lazy"')
 
 
 def summary(info: RecordingInfo) -> str:

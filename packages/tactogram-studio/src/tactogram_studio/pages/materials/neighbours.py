@@ -8,83 +8,72 @@ from typing import Any
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
-from tactogram.models import available
 from tactogram.signal import Signal
 from tactogram.workflows import find_similar
-from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
-from tactogram_studio.pages.materials.media import MaterialsContext, draw_recording
-from tactogram_studio.pages.train.run_summary import run_summary
+from tactogram_studio import kit
+from tactogram_studio.pages.materials.media import draw_recording
+from tactogram_studio.pages.materials.recordings import open_named
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.runs import RunCatalogue
 
 SPECTRAL = ""
 COUNT = 8
 SHOWN_NAMES = 8
 
 
-def classifiers(context: MaterialsContext) -> list[str]:
-    """Return the finished runs of classifiers, newest first."""
-    models = available()
-    workspace = context.studio.workspace
-    names = []
-    for run in workspace.finished_runs():
-        model = models.get(run_summary(run).model)
-        if model is not None and model.task == "classification":
-            names.append(workspace.name_of(run))
-    return names
-
-
 def draw_similar(
-    context: MaterialsContext, signal: Signal, *, set_name: str, stream: str = "", without: Sequence[str] = ()
+    workspace: Workspace, signal: Signal, *, set_name: str, stream: str = "", without: Sequence[str] = ()
 ) -> None:
     """Draw a choice of similarity measures, with the predicted material and the most similar recordings below.
 
     The store ``set_name`` is relative to the workspace; recordings with an id in ``without`` are left out.
     """
-    runs = classifiers(context)
+    runs = [run.name for run in RunCatalogue(workspace).own("classification")]
     stored = app.storage.user.get("near", runs[0] if runs else SPECTRAL)
     options = {SPECTRAL: "spectral distance (no classifier)", **{run: f"classifier {run}" for run in runs}}
-    with ui.element("section").classes("card w-full").props('aria-label="Similar recordings"'):
-        heading("Similar recordings")
+    with kit.card("Similar recordings"):
         measure = ui.select(options, label="Compare by", value=stored if stored in options else SPECTRAL)
         measure.classes("w-full max-w-lg")
         if not runs:
             ui.link("Train a classifier to predict the material", "/train?model=stroke_cnn").classes("small")
-        place = ui.column().classes("w-full gap-1 items-stretch").props('aria-live="polite"')
+        place = kit.column(gap=1).props('aria-live="polite"')
 
         async def show() -> None:
             run = app.storage.user["near"] = measure.value
             place.clear()
             try:
                 if run != SPECTRAL:
-                    with busy("Classifying the recording"):
-                        prediction = await in_background(_classify, context, run, signal)
+                    with kit.busy("Classifying the recording"):
+                        prediction = await kit.in_background(_classify, workspace, run, signal)
                     with place:
                         _draw_prediction(prediction)
-                with busy("Searching for similar recordings; the first search reads the whole store"):
-                    similar = await in_background(
-                        _search, context, run, signal, set_name, stream, tuple(without)
+                with kit.busy("Searching for similar recordings; the first search reads the whole store"):
+                    similar = await kit.in_background(
+                        _search, workspace, run, signal, set_name, stream, tuple(without)
                     )
                 with place:
-                    _draw_recordings(context, similar, set_name)
+                    _draw_recordings(workspace, similar, set_name)
             except TactogramError as error:
                 with place:
-                    ui.label(str(error)).props('role="alert"')
+                    kit.alert(str(error))
 
-        measure.on_value_change(report_errors(show))
-        ui.timer(0.05, report_errors(show), once=True)
+        measure.on_value_change(show)
+        ui.timer(0.05, show, once=True)
 
 
 def _search(
-    context: MaterialsContext, run: str, signal: Signal, set_name: str, stream: str, without: tuple[str, ...]
+    workspace: Workspace, run: str, signal: Signal, set_name: str, stream: str, without: tuple[str, ...]
 ) -> dict[str, Any]:
-    workspace = context.studio.workspace
-    store = context.store(set_name)
+    store = open_named(workspace, set_name)
     if run == SPECTRAL:
         cache = workspace.studio_folder / "spectra"
         return find_similar(
             store, signal, stream=stream or None, count=COUNT, without=without, cache=cache
         ) | {"unit": "dB"}
-    # Brings torch.
-    from tactogram.workflows import calibration_text, search
+    from tactogram.workflows import (
+        calibration_text,
+        search,  # brings torch
+    )
 
     result = search(workspace.inside(run), signal, data=store.path, count=COUNT + len(without))
     nearest = [each for each in result["nearest"] if each["id"] not in without][:COUNT]
@@ -97,10 +86,10 @@ def _search(
     return {"nearest": nearest, "measure": measure, "unit": ""}
 
 
-def _classify(context: MaterialsContext, run: str, signal: Signal) -> dict[str, Any]:
+def _classify(workspace: Workspace, run: str, signal: Signal) -> dict[str, Any]:
     from tactogram.workflows import classify  # brings torch
 
-    return classify(context.studio.workspace.inside(run), signal)
+    return classify(workspace.inside(run), signal)
 
 
 def _draw_prediction(prediction: dict[str, Any]) -> None:
@@ -108,8 +97,7 @@ def _draw_prediction(prediction: dict[str, Any]) -> None:
     with ui.row().classes("items-center gap-2"):
         verdict = "None of these" if unknown else f"Classified as {prediction['material']}"
         ui.label(verdict).classes("text-weight-bold").props("data-verdict")
-        if prediction["simulated"]:
-            ui.label("classifier trained on simulated data").classes("simulated")
+        kit.mark_simulated(prediction["simulated"], "classifier trained on simulated data")
     if unknown:
         ui.label(
             "The signal resembles no material that the classifier knows; the probabilities below only compare those."
@@ -122,9 +110,9 @@ def _draw_prediction(prediction: dict[str, Any]) -> None:
             ui.label(f"{100 * share:.1f} %")
 
 
-def _draw_recordings(context: MaterialsContext, similar: dict[str, Any], set_name: str) -> None:
-    hint(similar["measure"])
-    store = context.store(set_name)
+def _draw_recordings(workspace: Workspace, similar: dict[str, Any], set_name: str) -> None:
+    kit.hint(similar["measure"])
+    store = open_named(workspace, set_name)
     with ui.element("div").classes("w-full"):
         for each in similar["nearest"]:
             distance = f"{each['distance']:.2f} dB" if similar["unit"] == "dB" else f"{each['distance']:.4f}"

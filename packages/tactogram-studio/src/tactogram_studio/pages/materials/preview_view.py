@@ -13,7 +13,7 @@ from nicegui import ui
 from tactogram.datasets import Recording, in_one_line, layouts_by_columns, preview_dataset, preview_file
 from tactogram.errors import TactogramError
 from tactogram.signal.io import TableLayout
-from tactogram_studio.layout import heading, hint, in_background, report_errors
+from tactogram_studio import kit
 from tactogram_studio.pages.materials.layout_card import LayoutCard, by_key, headings_of
 
 if TYPE_CHECKING:
@@ -78,14 +78,14 @@ class PreviewView:
         self._bar = ui.linear_progress(value=0, show_value=False, size="6px")
         self._bar.props('aria-label="Progress of the preview"')
         self._summary = ui.column().classes("gap-1").props('role="status"')
-        self.problem = ui.label().classes("text-negative").props('role="alert"')
+        self.problem = kit.alert()
 
     def draw(self) -> None:
         """Draw the places of layouts and skipped files, and begin to read."""
-        self._place = ui.column().classes("w-full gap-4 items-stretch")
-        self._skipped = ui.column().classes("w-full gap-4 items-stretch")
+        self._place = kit.column()
+        self._skipped = kit.column()
         ui.timer(0.3, self._show_progress)
-        ui.timer(0, report_errors(self.refresh), once=True)
+        ui.timer(0, self.refresh, once=True)
 
     async def refresh(self, first: LayoutCard | None = None) -> None:
         """Read the files, and show how, with the picture of one card before; a later call supersedes this one."""
@@ -102,12 +102,12 @@ class PreviewView:
             path, options, kind = page.path, page.options(), page.values["set"]
             self._bar.visible = True
             if first is not None:
-                first.show(await in_background(self._example, first.example, options))
-            facts = await in_background(
+                first.show(await kit.in_background(self._example, first.example, options))
+            facts = await kit.in_background(
                 preview_dataset, kind, path, options=options, workers=1, progress=report
             )
             names = [layout["example"] for layout in facts["layouts"][:MOST_LAYOUTS]]
-            examples = await in_background(lambda: {name: self._example(name, options) for name in names})
+            examples = await kit.in_background(lambda: {name: self._example(name, options) for name in names})
         except _SupersededError:
             return
         except (TactogramError, OSError, ValueError) as error:
@@ -149,7 +149,7 @@ class PreviewView:
                     key,
                     each,
                     mapped.get(headings_of(each), []),
-                    report_errors(partial(self._map, number)) if self.page.is_folder else None,
+                    partial(self._map, number) if self.page.is_folder else None,
                 )
                 for number, (key, each) in enumerate(layouts.items())
             ]
@@ -157,7 +157,7 @@ class PreviewView:
                 for card in self._cards:
                     card.draw()
                 if (more := len(facts["layouts"]) - len(layouts)) > 0:
-                    hint(f"… and {more} more layouts, of fewer files; a mapping can describe them, too")
+                    kit.hint(f"… and {more} more layouts, of fewer files; a mapping can describe them, too")
         for card in self._cards:
             card.update(layouts[card.key])
             card.show(examples[card.example])
@@ -177,16 +177,18 @@ class PreviewView:
         with self._summary:
             ui.label(f"{counted}.")
             listed = [f"{name} ({count})" for name, count in [*materials.items()][:MOST_SHOWN]]
-            hint(", ".join(listed)).style("overflow-wrap: anywhere")
+            kit.hint(", ".join(listed)).style("overflow-wrap: anywhere")
             if facts["question"]:
                 ui.label(in_words_of_the_page(facts["question"], self.page.path)).classes("text-negative")
             elif facts["proposed_path"]:
-                hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
+                kit.hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
             for note in facts["notes"]:
-                hint(in_words_of_the_page(in_one_line(note), self.page.path))
+                kit.hint(in_words_of_the_page(in_one_line(note), self.page.path))
             for stream, rates in facts["several_rates_hz"].items():
                 found = ", ".join(f"{rate:.7g}" for rate in rates)
-                hint(f"{stream}: {found} Hz; a training needs one rate: enter it for each layout, or there.")
+                kit.hint(
+                    f"{stream}: {found} Hz; a training needs one rate: enter it for each layout, or there."
+                )
 
     def _show_skipped(self) -> None:
         problems, path = self.facts["problems"], self.page.path
@@ -194,9 +196,9 @@ class PreviewView:
         if not problems:
             return
         with self._skipped, ui.element("section").classes("card w-full").props('aria-label="Skipped files"'):
-            heading(f"Skipped ({len(self.facts['skipped'])})")
+            kit.heading(f"Skipped ({len(self.facts['skipped'])})")
             with ui.element("ul").classes("skipped"):
                 for kind in problems[:MOST_SHOWN]:
                     ui.element("li")._text = in_words_of_the_page(in_one_line(kind), path)
             if len(problems) > MOST_SHOWN:
-                hint(f"… and {len(problems) - MOST_SHOWN} more kinds")
+                kit.hint(f"… and {len(problems) - MOST_SHOWN} more kinds")

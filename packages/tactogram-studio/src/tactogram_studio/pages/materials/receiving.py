@@ -13,7 +13,7 @@ from nicegui import app, ui
 from starlette.datastructures import UploadFile
 
 from tactogram.errors import TactogramError
-from tactogram_studio.layout import hint, in_background
+from tactogram_studio import kit
 from tactogram_studio.server.guard_rules import RECEIVED
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
@@ -32,7 +32,7 @@ def add_routes(workspace: Workspace) -> None:
             async with request.form(max_files=MOST_FILES, max_fields=0) as form:
                 sent = [each for each in form.getlist("file") if isinstance(each, UploadFile)]
                 files = [(unquote(each.filename or ""), each.file) for each in sent]
-                folder = await in_background(ReceivedFolders(workspace).keep, files)
+                folder = await kit.in_background(ReceivedFolders(workspace).keep, files)
         except (TactogramError, OSError) as error:
             return JSONResponse({"problem": str(error)}, 422)
         except HTTPException as error:  # Starlette's, of a form that is none
@@ -60,7 +60,7 @@ def draw_chooser() -> None:
     """Draw the buttons that open a folder or a zip, and the progress, within a drop zone."""
     with ui.row().classes("items-center gap-3"):
         for kind, text in (("folder", "Choose a folder"), ("zip", "Choose a zip file")):
-            ui.button(text).props(f'outline no-caps data-receive-choose="{kind}"')
+            ui.button(text).props(f'outline data-receive-choose="{kind}"')
         for kind, more in (("folder", "webkitdirectory multiple"), ("zip", 'accept=".zip"')):
             ui.html(INPUT.format(kind, more), sanitize=False)
     draw_status()
@@ -68,4 +68,4 @@ def draw_chooser() -> None:
 
 def draw_status(text: str = "") -> None:
     """Draw the place of progress and refusals within a drop zone, with a text until then."""
-    hint(text).props('data-receive-status role="status"')
+    kit.hint(text).props('data-receive-status role="status"')

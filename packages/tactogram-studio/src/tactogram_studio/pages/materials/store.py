@@ -1,4 +1,4 @@
-"""Page of one store: its materials with pictures, and its recordings, filtered and in pages."""
+"""Pages of a store, with its materials and recordings, and of one of its recordings."""
 
 from __future__ import annotations
 
@@ -8,49 +8,80 @@ from typing import Any
 from urllib.parse import quote
 
 from nicegui import ui
+from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
-from tactogram_studio.layout import heading, hint, in_background, page, report_errors, route
-from tactogram_studio.pages.materials.media import HEAD, MaterialsContext, address, draw_recording, picture
+from tactogram.signal import Signal
+from tactogram_studio import kit
+from tactogram_studio.pages.materials.media import HEAD, address, draw_recording, picture
+from tactogram_studio.pages.materials.neighbours import draw_similar
 from tactogram_studio.pages.materials.recordings import (
     FIELDS,
     NAMES,
     UNITS,
     RecordingFilter,
     choices,
+    describe_recording,
     filtered,
+    open_named,
     page_bounds,
+    picture_of,
+    stream_of,
 )
+from tactogram_studio.signals.view import add_routes, signal_card
+from tactogram_studio.workspace.folder import Workspace
 
 PER_PAGE = 20
 SHOWN_MATERIALS = 60
 
 
-def add(context: MaterialsContext) -> None:
-    """Register ``/materials/set``."""
+def add(workspace: Workspace) -> None:
+    """Register ``/materials/set`` and ``/materials/recording``."""
+    add_routes()
 
-    @route("/materials/set")
+    @kit.route("/materials/set")
     async def show(set: str = "", q: str = "", material: str = "", more: str = "", number: int = 1) -> None:
         ui.add_head_html(HEAD)
-        with page("Materials"):
+        with kit.page("Materials"):
             ui.link("All stores", "/materials").classes("small")
             fields = dict(part.split("=", 1) for part in more.split("|") if "=" in part)
             chosen = RecordingFilter(q, material, {name: fields[name] for name in FIELDS if name in fields})
 
             def read() -> tuple[Store, list[RecordingInfo], dict[str, list[str]]]:
-                store = context.store(set)
+                store = open_named(workspace, set)
                 return store, filtered(store.index, chosen), choices(store.index)
 
             try:
-                store, shown, options = await in_background(read)
+                store, shown, options = await kit.in_background(read)
             except (TactogramError, OSError) as error:
-                ui.label(str(error)).props('role="alert"')
+                kit.alert(str(error))
                 return
             _draw_head(set, store)
             if chosen == RecordingFilter():
                 _draw_materials(set, store)
             _draw_recordings(set, store, chosen, number, shown, options)
+
+    @kit.route("/materials/recording")
+    async def show_recording(set: str = "", id: str = "", stream: str = "") -> None:
+        ui.add_head_html(HEAD)
+        with kit.page("Materials"):
+            ui.link(f"All recordings of {set}", address("set", set=set)).classes("small")
+
+            def read() -> tuple[Store, str, Signal]:
+                store = open_named(workspace, set)
+                name = stream_of(store, id, stream)
+                return store, name, store.signal(id, name)
+
+            try:
+                store, name, signal = await kit.in_background(read)
+            except (TactogramError, OSError) as error:
+                kit.alert(str(error))
+                return
+            info = store.info(id)
+            _draw_metadata(set, store, info, name)
+            signal_card(signal, title=f"{name} of {info.material or id}", simulated=info.simulated)
+            draw_similar(workspace, signal, set_name=set, stream=name, without=(id,))
 
 
 def _draw_head(name: str, store: Store) -> None:
@@ -63,9 +94,9 @@ def _draw_head(name: str, store: Store) -> None:
         (len(store.photograph_keys()), "photograph"),
         (0 if store.facts.ratings is None else store.facts.ratings.rows, "rating"),
     ]
-    with ui.element("section").classes("card w-full"):
+    with kit.card():
         with ui.row().classes("items-center gap-3"):
-            heading(name).style("overflow-wrap: anywhere")
+            kit.heading(name).style("overflow-wrap: anywhere")
             if store.simulated:
                 count = sum(info.simulated for info in index)
                 text = "simulated" if count == len(store) else f"{count} of {len(store)} simulated"
@@ -75,8 +106,8 @@ def _draw_head(name: str, store: Store) -> None:
             f"{key} in {facts.unit} over {facts.domain} ({','.join(facts.axes)})"
             for key, facts in store.streams.items()
         )
-        hint(f"{store.name} · {streams} · licence: {store.licence}")
-        hint(f"sha256 {store.sha256[:16]}…").tooltip(store.sha256)
+        kit.hint(f"{store.name} · {streams} · licence: {store.licence}")
+        kit.hint(f"sha256 {store.sha256[:16]}…").tooltip(store.sha256)
         with ui.row():
             ui.button("Upload a recording", on_click=lambda: ui.navigate.to(address("drop", set=name)))
             train = ui.button("Train a model", on_click=lambda: ui.navigate.to(f"/train?data={quote(name)}"))
@@ -87,8 +118,7 @@ def _draw_materials(name: str, store: Store) -> None:
     counts = Counter(info.material for info in store.index if info.material is not None)
     if not counts:
         return
-    with ui.element("section").classes("card w-full"):
-        heading(f"Materials ({len(counts)})")
+    with kit.card(f"Materials ({len(counts)})"):
         with ui.element("div").classes("swatches w-full"):
             for material, count in sorted(counts.items())[:SHOWN_MATERIALS]:
                 with ui.element("div").classes("swatch whole"):
@@ -98,9 +128,9 @@ def _draw_materials(name: str, store: Store) -> None:
                         picture(source, f"Photograph of {material}")
                     with ui.element("div"):
                         ui.link(material, address("set", set=name, material=material)).classes("whole-link")
-                        hint(f"{count} recording{'' if count == 1 else 's'}")
+                        kit.hint(f"{count} recording{'' if count == 1 else 's'}")
         if len(counts) > SHOWN_MATERIALS:
-            hint(f"{len(counts) - SHOWN_MATERIALS} more: select them below.")
+            kit.hint(f"{len(counts) - SHOWN_MATERIALS} more: select them below.")
 
 
 def _draw_recordings(
@@ -124,8 +154,7 @@ def _draw_recordings(
         select = ui.select(shown_values, label=label, value=value, with_input=len(values) > 20)
         return select.props("dense options-dense").on_value_change(lambda event: change(event.value or ""))
 
-    with ui.element("section").classes("card w-full").props('aria-label="Recordings"'):
-        heading("Recordings")
+    with kit.card("Recordings"):
         with ui.row().classes("items-end gap-3 w-full"):
             text = ui.input("Search", value=chosen.text, placeholder="name, source or label")
             text.props("dense clearable").on("clear", lambda: go(q=""))
@@ -142,7 +171,7 @@ def _draw_recordings(
             if chosen != RecordingFilter():
                 clear = ui.button("Clear filters", on_click=lambda: ui.navigate.to(address("set", set=name)))
                 clear.props("flat dense")
-        hint(f"{first + 1 if shown else 0} to {last} of {len(shown):,}").props('role="status"')
+        kit.hint(f"{first + 1 if shown else 0} to {last} of {len(shown):,}").props('role="status"')
         with ui.element("div").classes("w-full"):
             for info in shown[first:last]:
                 draw_recording(name, store, info)
@@ -151,4 +180,35 @@ def _draw_recordings(
             with ui.row().classes("items-center"):
                 turn = ui.pagination(1, pages, direction_links=True, value=number)
                 turn.props('max-pages="7" boundary-numbers aria-label="Pages of recordings"')
-                turn.on_value_change(report_errors(lambda event: go(number=int(event.value))))
+                turn.on_value_change(lambda event: go(number=int(event.value)))
+
+
+def _draw_metadata(set_name: str, store: Store, info: RecordingInfo, stream: str) -> None:
+    def go(stream: str) -> None:
+        ui.navigate.to(address("recording", set=set_name, id=info.id, stream=stream))
+
+    with kit.card():
+        with ui.row().classes("items-center gap-3"):
+            kit.heading(info.material or "Recording")
+            kit.mark_simulated(info.simulated)
+        with ui.row().classes("gap-6 items-start w-full"):
+            _draw_photograph(store, info)
+            with ui.element("div").style("flex: 1 1 18rem"), ui.element("dl").classes("facts"):
+                for term, text in describe_recording(info):
+                    ui.element("dt")._text = term
+                    ui.element("dd")._text = text
+        streams = list(store.streams_of(info.id))
+        if len(streams) > 1:
+            select = ui.select(streams, label="Stream", value=stream).classes("w-48")
+            select.on_value_change(lambda event: go(event.value))
+
+
+def _draw_photograph(store: Store, info: RecordingInfo) -> None:
+    key = picture_of(store, info)
+    if key is None:
+        return
+    with ui.element("figure").style("margin: 0; width: 16rem"):
+        photograph = ui.image(Pillow.fromarray(store.photograph(key).pixels)).style("border-radius: 8px")
+        photograph.props(f'alt="Photograph of {kit.attribute(info.material or info.id)}"')
+        if store.image_id(info.id) is None:
+            ui.element("figcaption").classes("small quiet")._text = "photograph of the material"

@@ -12,10 +12,10 @@ from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
-from tactogram.workflows import table
+from tactogram.workflows import table as published_rows
 from tactogram_benchmark.experiments.catalogue import data_text
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import heading, hint, page, report_errors, route
 from tactogram_studio.pages.reports.catalogue import (
     ReportFile,
     experiments_with_results,
@@ -47,11 +47,11 @@ def add(studio: Studio) -> None:
             return HTMLResponse(in_scheme(path.read_bytes(), scheme), headers=headers)
         return FileResponse(path, headers=headers)
 
-    @route("/reports")
+    @kit.route("/reports")
     def show(of: str = "", tab: str = "reports") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
-        with page("Reports", wide=True) as dark:
+        with kit.page("Reports", wide=True) as dark:
             with ui.tabs().classes("w-full") as tabs:
                 panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
             first = panels.get(tab, panels["reports"])
@@ -75,11 +75,11 @@ class ReportsPanel:
         if self.selected is None and self.files and not path:
             self.selected = self.files[0]
         with ui.element("div").classes("reader mt-4"):
-            with ui.element("section").classes("card").props('aria-label="Reports"'):
+            with kit.card(label="Reports", classes=""):
                 self._words = ui.input("Search", on_change=lambda _: self._list.refresh()).classes("w-full")
                 self._words.props('clearable type="search"')
                 self._list()
-            with ui.element("section").classes("card").props('aria-label="Reader"'):
+            with kit.card(label="Reader", classes=""):
                 self._reader(path)
 
     @ui.refreshable_method
@@ -95,13 +95,12 @@ class ReportsPanel:
             with ui.element("div").classes("mt-3"):
                 with ui.row().classes("items-center gap-2"):
                     ui.label("this folder" if folder == "." else folder).classes("font-bold")
-                    if files[0].simulated:
-                        ui.label("simulated").classes("simulated")
+                    kit.mark_simulated(files[0].simulated)
                 with ui.column().classes("gap-0 items-start"):
                     for file in files:
                         button = ui.button(
                             file.path.removeprefix(f"{folder}/"), on_click=lambda file=file: self._open(file)
-                        ).props("flat dense no-caps")
+                        ).props("flat dense")
                         if file == self.selected:
                             button.props('aria-current="true"').classes("reading")
 
@@ -111,7 +110,6 @@ class ReportsPanel:
         self._reader.refresh("")
 
     @ui.refreshable_method
-    @report_errors
     def _reader(self, path: str) -> None:
         file = self.selected
         if file is None:
@@ -123,9 +121,8 @@ class ReportsPanel:
         address = f"/reports/file/{quote(file.path)}"
         with ui.row().classes("items-center justify-between w-full"):
             with ui.row().classes("items-center gap-2"):
-                heading(file.path)
-                if file.simulated:
-                    ui.label("simulated data").classes("simulated")
+                kit.heading(file.path)
+                kit.mark_simulated(file.simulated, "simulated data")
             ui.link("Open in a new tab", address, new_tab=True)
         title = html.escape(f"{file.kind} {file.path}", quote=True)
         if file.kind == "report":
@@ -136,11 +133,14 @@ class ReportsPanel:
         elif file.kind == "figure":
             ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
         else:
-            whole = readable_file(self.studio.workspace, file.path)
-            if file.kind == "text":
-                ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
-            else:
-                ui.html(numbers_html(read_result(whole)), sanitize=False).classes("w-full scrolled")
+            try:
+                whole = readable_file(self.studio.workspace, file.path)
+                if file.kind == "text":
+                    ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
+                else:
+                    ui.html(numbers_html(read_result(whole)), sanitize=False).classes("w-full scrolled")
+            except (TactogramError, OSError) as error:
+                kit.alert(str(error))
 
 
 def _keywords(file: ReportFile) -> str:
@@ -151,10 +151,9 @@ class PublishedPanel:
     """Published results of every model next to ours."""
 
     def __init__(self) -> None:
-        self.rows = table()
-        with ui.element("section").classes("card w-full mt-4").props('aria-label="Published and ours"'):
-            heading("Published figures next to ours")
-            hint(
+        self.rows = published_rows()
+        with kit.card("Published figures next to ours", label="Published and ours", classes="w-full mt-4"):
+            kit.hint(
                 "Unless stated otherwise, ours were measured on other data: before you compare, read the data, the "
                 "split and the reason for the difference. The command tactogram table prints the same table."
             )
@@ -166,7 +165,7 @@ class PublishedPanel:
     @ui.refreshable_method
     def _table(self) -> None:
         text, count = published_html(self.rows, str(self._words.value or ""))
-        hint(f"{count} of {len(self.rows)} figures").props('role="status"')
+        kit.hint(f"{count} of {len(self.rows)} figures").props('role="status"')
         ui.html(text, sanitize=False).classes("w-full")
 
 
@@ -175,14 +174,13 @@ def _draw_experiments(studio: Studio) -> None:
     entries = sorted(experiments_with_results(studio.workspace), key=lambda entry: not entry.results)
     with ui.column().classes("w-full gap-4 mt-4"):
         for entry in entries:
-            with ui.element("section").classes("card w-full").props(f'aria-label="{entry.name}"'):
-                heading(entry.name)
+            with kit.card(entry.name, label=f"{entry.name}"):
                 ui.label(entry.title)
                 ui.label(entry.command).classes("code")
                 for path in entry.results:
                     _draw_result(path)
                 if not entry.results:
-                    hint("No result yet: run the command above.")
+                    kit.hint("No result yet: run the command above.")
 
 
 def _draw_result(path: Path) -> None:
@@ -196,8 +194,7 @@ def _draw_result(path: Path) -> None:
         ui.label(f"Result, {origin}").classes("font-bold")
         header = values.get("header") or {}
         ui.label(", ".join(filter(None, (str(header.get("finished", ""))[:10], data_text(header)))))
-        if marked_simulated(values):
-            ui.label("simulated").classes("simulated")
+        kit.mark_simulated(marked_simulated(values))
     text = str(values.pop("text", ""))
     if text:
         ui.html(f'<pre class="code table">{html.escape(text)}</pre>', sanitize=False).classes("w-full")

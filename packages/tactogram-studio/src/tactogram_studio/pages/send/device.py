@@ -1,22 +1,95 @@
-"""Card that plays a drive on a connected device: starts weak, is turned up while it plays, stops with a fade."""
+"""Playback of drives on connected devices: starts weak, is turned up while it plays, stops with a fade; with a log."""
 
 from __future__ import annotations
 
-import shlex
+import json
+import threading
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering import open_display
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering import Display, open_display
+from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram.workflows import CAREFUL, NULL, outputs
-from tactogram_studio.layout import heading, hint, in_background, report_errors
-from tactogram_studio.pages.send.cards import command_line
+from tactogram.text_files import parse_json, read_text
+from tactogram.workflows import CAREFUL, NULL, Playback, outputs
+from tactogram_studio import kit
 from tactogram_studio.pages.send.sending import DriveRequest, SendResult, SendService
-from tactogram_studio.pages.send.speaker import Speaker, recently_played
+from tactogram_studio.workspace.commands import arguments, command_line
 
+LOG = "played.jsonl"
 BUFFERED = "digilent"
 """Devices that play from their own buffer, which this page cannot fade out."""
+
+
+class Speaker:
+    """Plays drives, one at a time, and logs them in ``folder``."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.playing: Playback | None = None
+        self.title = ""
+        self._thread: threading.Thread | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a drive is playing."""
+        return self._thread is not None and self._thread.is_alive()
+
+    def play(self, drive: Signal, display: Display, *, title: str, **options: Any) -> None:
+        """Start to play; ``options`` as for `Playback`. `ParameterError` while another drive is playing."""
+        with self._lock:
+            if self.busy:
+                raise ParameterError("something is playing; stop it first")
+            playing = Playback(drive, display, **options)
+            self.playing, self.title = playing, title
+            self._thread = threading.Thread(
+                target=self._run, args=(playing, title), name="speaker", daemon=True
+            )
+            self._thread.start()
+
+    def stop(self) -> None:
+        """Fade out and wait for the end."""
+        playing, thread = self.playing, self._thread
+        if playing is not None and thread is not None:
+            playing.stop()
+            thread.join(3.0)
+
+    def _run(self, playing: Playback, title: str) -> None:
+        try:
+            playing.run()
+        except TactogramError:
+            pass  # the facts hold the error
+        finally:
+            log_played(self.folder, {"title": title, **playing.facts()})
+
+
+def log_played(folder: Path, facts: Mapping[str, Any]) -> None:
+    """Add a line to the log: drive by hash, strength and device."""
+    folder.mkdir(parents=True, exist_ok=True)
+    line = json.dumps({"time": datetime.now(UTC).isoformat(timespec="seconds"), **facts}, ensure_ascii=False)
+    with (folder / LOG).open("a", encoding="utf-8") as file:
+        file.write(line + "\n")
+
+
+def recently_played(folder: Path, count: int = 5) -> list[dict[str, Any]]:
+    """Return the last readable lines of the log, newest first."""
+    try:
+        lines = read_text(folder / LOG).splitlines()
+    except DataError:
+        return []
+    entries = []
+    for line in reversed(lines[-4 * count :]):
+        try:
+            entries.append(parse_json(line, LOG))
+        except DataError:  # cut short by a kill
+            continue
+    return entries[:count]
 
 
 class DeviceCard:
@@ -30,9 +103,8 @@ class DeviceCard:
     def draw(self, result: SendResult, unit: str) -> None:
         """Draw the card for a result whose drive is in ``unit``."""
         self.result = result
-        with ui.element("section").classes("card w-full").props('aria-label="Play on a device"'):
-            heading("Play on a device")
-            hint(
+        with kit.card("Play on a device"):
+            kit.hint(
                 "Playback starts at a quarter of the drive with a fade-in; turn it up while it plays. It never exceeds "
                 "the drive above."
             )
@@ -43,7 +115,7 @@ class DeviceCard:
         if not self._outputs:
             with ui.row().classes("items-center"):
                 ui.spinner(size="sm")
-                hint("Looking for outputs …")
+                kit.hint("Looking for outputs …")
             ui.timer(0.05, self._look, once=True)
             return
         present = [output for output in self._outputs if output["missing"] is None]
@@ -52,12 +124,12 @@ class DeviceCard:
             self._player(playable, unit)
         for output in self._outputs:
             if output["missing"] is not None:
-                hint(f"{output['title']}: {output['missing']}")
+                kit.hint(f"{output['title']}: {output['missing']}")
             elif output["device"].startswith(BUFFERED):
-                hint(f"{output['title']}: play the drive with the command below.")
+                kit.hint(f"{output['title']}: play the drive with the command below.")
         if self.result is not None and isinstance(self.result.request, DriveRequest):
             display = self.result.request.display
-            command_line([_play_command(display, output["device"]) for output in present])
+            kit.command_lines([_play_command(display, output["device"]) for output in present])
         self._log()
 
     def _player(self, playable: dict[str, str], unit: str) -> None:
@@ -82,16 +154,15 @@ class DeviceCard:
         ui.timer(0.2, self._update)
 
     async def _look(self) -> None:
-        self._outputs = await in_background(outputs)
+        self._outputs = await kit.in_background(outputs)
         self._devices.refresh()
 
-    @report_errors
     async def _play(self) -> None:
         result = self.result
         if result is None or not isinstance(result.request, DriveRequest):
             return
         device = str(self._output.value)
-        drive = await in_background(read_signal, result.folder / "drive.npz")
+        drive = await kit.in_background(read_signal, result.folder / "drive.npz")
         self.speaker.play(
             drive,
             open_display(self.service.display_file(result.request.display)),
@@ -104,9 +175,8 @@ class DeviceCard:
         self.state["output"] = device
         self._update()
 
-    @report_errors
     async def _stop(self) -> None:
-        await in_background(self.speaker.stop)
+        await kit.in_background(self.speaker.stop)
         self._update()
 
     def _set_strength(self) -> None:
@@ -138,7 +208,7 @@ class DeviceCard:
             return
         with ui.expansion("Recently played").classes("w-full"):
             for entry in entries:
-                hint(
+                kit.hint(
                     f"{entry['time'][:19].replace('T', ' ')}: {entry['title']} on {entry['device']} at "
                     f"{100 * entry['strength']:.0f} %, {entry['seconds']:.1f} s, {entry['state']}, "
                     f"drive {entry['sha256'][:12]}"
@@ -146,6 +216,6 @@ class DeviceCard:
 
 
 def _play_command(display: str, device: str) -> str:
-    words = ["tactogram", "play", "drive.npz", "--display", display, "--device", device]
-    words += [] if device.startswith(BUFFERED) else ["--strength", f"{CAREFUL:g}"]
-    return shlex.join(words)
+    strength = None if device.startswith(BUFFERED) else CAREFUL
+    options = {"--display": display, "--device": device, "--strength": strength}
+    return command_line(arguments("play", "drive.npz", options=options))

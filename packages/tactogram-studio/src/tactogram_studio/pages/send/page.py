@@ -7,30 +7,30 @@ from typing import Any
 
 from fastapi.responses import FileResponse, JSONResponse
 from nicegui import app, ui
-from nicegui.events import UploadEventArguments
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal.io import write_signal
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import confirm, heading, in_background, page, report_errors, route, upload
+from tactogram_studio.pages.send.device import Speaker
 from tactogram_studio.pages.send.display import DisplayCards
 from tactogram_studio.pages.send.files import FileCards
 from tactogram_studio.pages.send.sending import SendService
-from tactogram_studio.pages.send.sources import SelectedSignal
-from tactogram_studio.pages.send.speaker import Speaker
 from tactogram_studio.signals.view import add_routes, placeholder, signal_card
-from tactogram_studio.workspace.shelf_view import ask_title
+from tactogram_studio.workspace.commands import free_name
+from tactogram_studio.workspace.shelf import LONGEST_TITLE
+from tactogram_studio.workspace.sources import SelectedSignal
 from tactogram_studio.workspace.uploads import read_uploaded_signal, safe_name
 
 STATE = "send"
 """Key of the page's settings in the browser's storage."""
 GROUPS = {
-    "kept": ("Kept results", "Result", "No kept results yet: generate one on the page Make and keep it."),
-    "file": ("Files: outputs of runs, uploads and others", "File", "No signal files in this workspace."),
-    "recording": ("Recordings", "Store", "No store in this workspace yet."),
+    "kept": "Kept results",
+    "file": "Files: outputs of runs, uploads and others",
+    "recording": "Recordings",
 }
-"""Title, label and text of an empty list, by kind of source."""
-MOST_BYTES = 256 * 2**20
+"""Titles of the kinds of signals."""
+MOST_MIB = 256
 
 
 def add(studio: Studio) -> None:
@@ -47,10 +47,10 @@ def add(studio: Studio) -> None:
             return JSONResponse({"error": str(error)}, status_code=404)
         return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
-    @route("/send")
+    @kit.route("/send")
     def show(of: str = "", tab: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
-        with page("Send"):
+        with kit.page("Send"):
             SendPage(studio, service, speaker, of, tab)
 
 
@@ -76,9 +76,9 @@ class SendPage:
         self._reading = bool(of)
         self.state["of"] = of
         with ui.element("div").classes("grid-2"):
-            with ui.column().classes("items-stretch gap-4"):
+            with kit.column():
                 self._source_card(of)
-            with ui.column().classes("items-stretch gap-4"):
+            with kit.column():
                 self._signal()
         with ui.tabs().classes("w-full") as tabs:
             display_tab = ui.tab("display", label="To a display")
@@ -99,84 +99,43 @@ class SendPage:
         return self.selected
 
     def _source_card(self, of: str) -> None:
-        with ui.element("section").classes("card w-full").props('aria-label="Signal to send"'):
-            heading("Signal to send")
+        with kit.card("Signal to send"):
             kind = of.partition(":")[0]
             if kind not in GROUPS:
                 kind = "kept" if self.sources.kept() else "file" if self.sources.files() else "recording"
-            titles = {name: title for name, (title, _, _) in GROUPS.items()}
-            self._group = ui.select(titles, label="From", value=kind, on_change=self._listed.refresh).classes(
-                "w-full"
-            )
+            self._group = ui.select(GROUPS, label="From", value=kind, on_change=self._listed.refresh)
+            self._group.classes("w-full")
             self._listed()
             with ui.expansion("Upload a file").classes("w-full"):
                 self._unit = ui.input("Unit, if not in the file").props('hint="m/s^2, g, N, 1 …"')
                 self._rate = ui.number("Rate in Hz, if not in the file")
-                upload(
-                    "WAV, FLAC, CSV, NPZ, Excel",
-                    max_file_size=MOST_BYTES,
-                    on_upload=self._uploaded,
-                    on_rejected=lambda: ui.notify("The file must have at most 256 MiB.", type="negative"),
-                ).classes("w-full")
+                kit.file_field("WAV, FLAC, CSV, NPZ, Excel", self._upload, most_mib=MOST_MIB)
 
     @ui.refreshable_method
     def _listed(self) -> None:
-        kind = str(self._group.value)
-        _, label, empty = GROUPS[kind]
-        lists = {"kept": self.sources.kept, "file": self.sources.files, "recording": self.sources.stores}
-        options = lists[kind]()
-        if not options:
-            ui.label(empty).classes("quiet")
-        elif kind == "recording":
-            last = str(self.state.get("of", "")).removeprefix("recording:").partition("#")[0]
-            first = last if last in options else next(iter(options))
-            store = ui.select(options, label=label, value=first).classes("w-full")
-            place = ui.column().classes("w-full")
-            store.on_value_change(lambda: self._recordings(place, str(store.value)))
-            self._recordings(place, first)
-        else:
-            self._signal_select(options, label)
+        kit.signal_choice(self.sources, self._group.value, self._select, last=str(self.state.get("of", "")))
 
-    def _recordings(self, place: ui.column, store: str) -> None:
-        place.clear()
-        with place:
-            self._signal_select(self.sources.recordings(store), "Recording")
-
-    def _signal_select(self, options: dict[str, str], label: str) -> None:
-        last = self.state.get("of")
-        field = ui.select(
-            options, label=label, value=last if last in options else None, with_input=len(options) > 12
-        ).classes("w-full")
-        field.on_value_change(lambda: self._select(str(field.value)) if field.value else None)
-
-    @report_errors
-    async def _uploaded(self, event: UploadEventArguments) -> None:
-        options = {"unit": (self._unit.value or "").strip() or None, "rate": self._rate.value or None}
-        data = await event.file.read()
-        name = event.file.name
+    async def _upload(self, name: str, data: bytes) -> None:
+        given = {"unit": (self._unit.value or "").strip(), "rate": self._rate.value}
 
         def store() -> str:
-            given = {key: value for key, value in options.items() if value is not None}
-            signal = read_uploaded_signal(name, data, **given)
+            options = {key: value for key, value in given.items() if value}
+            signal = read_uploaded_signal(name, data, **options)
             folder = self.studio.workspace.studio_folder / "uploads"
             folder.mkdir(parents=True, exist_ok=True)
-            stem, count = Path(safe_name(name)).stem, 1
-            while (path := folder / f"{stem}{'' if count == 1 else f'-{count}'}.npz").exists():
-                count += 1
+            path = folder / free_name(folder, Path(safe_name(name)).stem, ".npz")
             write_signal(path, signal, metadata={"uploaded": name})
             return f"file:{self.studio.workspace.name_of(path)}"
 
-        of = await in_background(store)
+        self.state["of"] = of = await kit.in_background(store)
         self._group.value = "file"
-        self.state["of"] = of
         self._listed.refresh()
         await self._select(of)
 
-    @report_errors
     async def _select(self, of: str) -> None:
         try:
-            self.selected = await in_background(self.sources.select, of)
-            self.signal = await in_background(self.selected.signal)
+            self.selected = await kit.in_background(self.sources.select, of)
+            self.signal = await kit.in_background(self.selected.signal)
             self.state["of"] = of
         finally:
             self._reading = False
@@ -187,7 +146,7 @@ class SendPage:
     @ui.refreshable_method
     def _signal(self) -> None:
         if self.selected is None:
-            with ui.element("section").classes("card w-full").props('aria-label="The signal"'):
+            with kit.card(label="The signal"):
                 if self._reading:
                     placeholder("Reading …", small=True)
                 else:
@@ -198,23 +157,22 @@ class SendPage:
             top = signal_card(self.signal, title=title, simulated=simulated, small=True)
             if self.selected.id.startswith("kept:"):
                 with top, ui.element("div").classes("done"):
-                    ui.button("Rename", on_click=self._rename).props("flat dense")
+                    rename = ui.button(
+                        "Rename", on_click=lambda: kit.ask_title(title, LONGEST_TITLE, self._rename)
+                    )
+                    rename.props("flat dense")
                     ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
 
-    @report_errors
-    async def _rename(self) -> None:
+    async def _rename(self, title: str) -> None:
         selected = self._required()
-        title = await ask_title(selected.title)
-        if title is not None:
-            self.studio.shelf.rename(selected.id.removeprefix("kept:"), title)
-            self._listed.refresh()
-            await self._select(selected.id)
+        self.studio.shelf.rename(selected.id.removeprefix("kept:"), title)
+        self._listed.refresh()
+        await self._select(selected.id)
 
-    @report_errors
     async def _remove(self) -> None:
         selected = self._required()
         text = f"Delete {selected.title} from the kept results? This cannot be undone."
-        if await confirm(text, "Delete"):
+        if await kit.confirm(text, "Delete"):
             self.studio.shelf.remove(selected.id.removeprefix("kept:"))
             self.selected, self.state["of"] = None, ""
             self._listed.refresh()

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -20,10 +19,11 @@ from tactogram.rendering import file_name, haptic_formats, shipped
 from tactogram.text_files import displayable, read_json
 from tactogram.workflows import check, convert, render
 from tactogram_studio.pages.send.losses import zip_files
-from tactogram_studio.pages.send.sources import SelectedSignal, SignalSources
+from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
+from tactogram_studio.workspace.sources import SelectedSignal, SignalSources
 
 MOST_RESULTS = 40
 """Older results are deleted."""
@@ -84,12 +84,8 @@ class SendService:
 
     def calibrations(self) -> dict[str, str]:
         """Return the files that `tactogram calibrate` wrote, by path relative to the workspace."""
-        names = [
-            self.workspace.name_of(path)
-            for path, values in self.workspace.toml_files()
-            if "calibration" in values
-        ]
-        return dict(zip(names, names, strict=True))
+        files = [path for path, values in self.workspace.toml_files() if "calibration" in values]
+        return {(name := self.workspace.name_of(path)): name for path in files}
 
     def displays(self) -> dict[str, str]:
         """Return the titles of the workspace's own displays, by path relative to the workspace."""
@@ -180,11 +176,7 @@ class SendService:
 
     def get(self, identifier: str) -> SendResult:
         """Return a result by its id; `DataError` if there is none, or its files are damaged."""
-        folder = self._folders.find(identifier)
-        if folder is None:
-            raise DataError(
-                f"no result {identifier[:40]!r}: it was deleted to make room for newer ones; make it again"
-            )
+        folder = self._folders.get(identifier, "result", " to make room for newer ones; make it again")
         values, facts = read_json(folder / REQUEST), read_json(folder / FACTS)
         try:
             title, kind = values.pop("title"), values.pop("kind")
@@ -212,28 +204,30 @@ class SendService:
             (part / REQUEST).write_text(json.dumps(values, ensure_ascii=False), encoding="utf-8")
             (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False), encoding="utf-8")
 
-        identifier = self._folders.add(write)
-        for old in self._folders.names()[MOST_RESULTS:]:
-            self._folders.remove(old)
-        return self.get(identifier)
+        return self.get(self._folders.add(write, most=MOST_RESULTS))
 
     def _render_command(self, request: DriveRequest, selected: SelectedSignal) -> str:
-        words = ["tactogram", "render", self._argument(selected.file), "--display", request.display]
-        words += ["--level", request.level]
-        words += ["--as", request.how] if request.how else []
-        words += ["--speed", f"{request.speed_mm_s:g}"] if request.speed_mm_s is not None else []
-        words += ["--calibration", request.calibration] if request.calibration else []
-        words += ["--person", request.person] if request.person else []
-        for change in request.changes:
-            words += ["--set", change]
-        return shlex.join([*words, "--out", "drive.wav", "--figure"])
+        options = {
+            "--display": request.display,
+            "--level": request.level,
+            "--as": request.how,
+            "--speed": request.speed_mm_s,
+            "--calibration": request.calibration,
+            "--person": request.person,
+            "--set": request.changes,
+            "--out": "drive.wav",
+            "--figure": True,
+        }
+        return command_line(arguments("render", self._argument(selected.file), options=options))
 
     def _convert_command(self, request: FileRequest, selected: SelectedSignal, name: str, target: str) -> str:
-        words = ["tactogram", "convert", self._argument(selected.file), target, "--format", name]
-        words += ["--axis", request.axis] if request.axis else []
-        words += ["--full-scale", f"{request.full_scale:g}"] if request.full_scale is not None else []
-        words += ["--play-at", f"{request.play_at:g}"] if request.play_at is not None else []
-        return shlex.join(words)
+        options = {
+            "--format": name,
+            "--axis": request.axis,
+            "--full-scale": request.full_scale,
+            "--play-at": request.play_at,
+        }
+        return command_line(arguments("convert", self._argument(selected.file), target, options=options))
 
     def _argument(self, path: Path) -> str:
         return self.workspace.name_of(path) if path.is_relative_to(self.workspace.folder) else str(path)

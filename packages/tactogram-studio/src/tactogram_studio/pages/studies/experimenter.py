@@ -13,8 +13,8 @@ from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from tactogram.errors import TactogramError
 from tactogram.recipe import parse_changes
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import busy, confirm, heading, hint, in_background, page, report_errors, route
 from tactogram_studio.pages.studies.catalogue import split_commas
 from tactogram_studio.pages.studies.experiment_view import (
     ParticipantRow,
@@ -44,20 +44,17 @@ ALL = {"": "the whole study"}
 def add(studio: Studio) -> None:
     """Register the page and its report."""
 
-    @route("/experiment/{session}")
+    @kit.route("/experiment/{session}")
     async def show(session: str, request: Request) -> None:
-        opened: OpenSession | None = None
-        message = ""
+        navigation = not studio.study_only
         try:
             opened = studio.sessions.open(Path(folder_of(session)))
         except TactogramError as error:
-            message = str(error)
-        title = "Experiment" if opened is None else opened.study.title.in_english()
-        with page(title, navigation=not studio.study_only):
+            with kit.page("Experiment", navigation=navigation):
+                kit.alert(str(error))
+            return
+        with kit.page(opened.study.title.in_english(), navigation=navigation):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
-            if opened is None:
-                ui.label(message).classes("text-negative").props('role="alert"')
-                return
             await ExperimenterPage(studio, opened, session, str(request.base_url).rstrip("/")).draw()
 
     @app.get("/experiment/{session}/report.html")
@@ -96,18 +93,18 @@ class ExperimenterPage:
         await self.update()
         made, stimuli = self.session.study.made_stimuli, self.session.stimuli
         self.simulated_stimuli.set_visibility(
-            await in_background(lambda: any(map(stimuli.is_simulated, made)))
+            await kit.in_background(lambda: any(map(stimuli.is_simulated, made)))
         )
-        limited = await in_background(stimuli.limited)
+        limited = await kit.in_background(stimuli.limited)
         with self.card:
             for line in limited_lines(limited):
-                hint(f"{line[:1].upper()}{line[1:]}.")
+                kit.hint(f"{line[:1].upper()}{line[1:]}.")
         ui.timer(UPDATE_S, self.update, immediate=False)
 
     async def update(self) -> None:
         """Show the present state; updates run one after the other, so that none shows an older state."""
         async with self.updating:
-            self._show(await in_background(view_of, self.store))
+            self._show(await kit.in_background(view_of, self.store))
 
     def _show(self, view: SessionView) -> None:
         before, self.view = self.view, view
@@ -118,11 +115,9 @@ class ExperimenterPage:
         self.end_button.text = "Continue the study" if view.ended else "End the study"
         self._update_rows(view)
         if before is None or view.latest != before.latest:
-            self.answers.rows = [
-                {"key": key, **dict(zip(COLUMNS, row, strict=True))}
-                for key, row in enumerate(answers_rows(view.latest))
-            ]
-            self.answers.update()
+            self.answers.clear()
+            with self.answers:
+                kit.table(COLUMNS, answers_rows(view.latest))
         if before is None or view.notes != before.notes:
             self._list_notes(view)
         options = ALL | {row.code: row.code for row in view.rows}
@@ -134,10 +129,10 @@ class ExperimenterPage:
         practice = f", {study.practice.trials} of practice" if study.practice else ""
         with ui.element("section").classes("card w-full stack") as self.card:
             with ui.row().classes("items-center justify-between w-full"):
-                self.summary = heading("").props('aria-live="polite"')
-                self.end_button = ui.button("End the study", on_click=report_errors(self._end))
+                self.summary = kit.heading("").props('aria-live="polite"')
+                self.end_button = ui.button("End the study", on_click=self._end)
                 self.end_button.props("outline")
-            hint(
+            kit.hint(
                 f"{study.design.kind}, up to {study.trials} trials{practice}; {study.display}, level {study.level}; "
                 f"folder {self.studio.workspace.name_of(self.folder)}"
             )
@@ -150,35 +145,27 @@ class ExperimenterPage:
                 ui.label(text).classes("text-negative").props('role="alert"')
 
     def _participants(self) -> None:
-        with ui.element("section").classes("card w-full stack overflow-x-auto"):
-            heading("Participants")
+        with kit.card("Participants", classes="w-full stack overflow-x-auto"):
             with ui.element("table").classes("people"):
-                with ui.element("thead"), ui.element("tr"):
-                    for name in ("Code", "Status", "Progress", "Last answer", "Device", "Actions"):
-                        ui.element("th").props('scope="col"')._text = name
+                kit.table_head(["Code", "Status", "Progress", "Last answer", "Device", "Actions"])
                 self.body = ui.element("tbody")
             self.nobody = ui.label("No participants yet.").classes("quiet")
 
     def _latest_answers(self) -> None:
-        columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
-        section = ui.element("section").classes("card w-full stack")
-        with section, ui.expansion("Latest answers").classes("w-full"):
-            hint("Without conditions and correct answers, so that nothing here reveals the result.")
-            table = ui.table(columns=columns, rows=[], row_key="key").classes("w-full")
-            self.answers = table.props("flat dense hide-pagination")
+        with kit.card(classes="w-full stack"), ui.expansion("Latest answers").classes("w-full"):
+            kit.hint("Without conditions and correct answers, so that nothing here reveals the result.")
+            self.answers = ui.column().classes("w-full")
 
     def _notes(self) -> None:
-        with ui.element("section").classes("card w-full stack"):
-            heading("Notes")
-            hint("Stored with the answers and exported. Do not write names.")
+        with kit.card("Notes", classes="w-full stack"):
+            kit.hint("Stored with the answers and exported. Do not write names.")
             self.about = ui.select(ALL, value="", label="About").props("dense").classes("w-full")
             self.text = ui.textarea("Note").props("dense autogrow maxlength=4000").classes("w-full")
-            ui.button("Add note", on_click=report_errors(self._note)).props("outline")
+            ui.button("Add note", on_click=self._note).props("outline")
             self.notes = ui.column().classes("w-full gap-1")
 
     def _results(self) -> None:
-        with ui.element("section").classes("card w-full stack"):
-            heading("Answers")
+        with kit.card("Answers", classes="w-full stack"):
             with ui.row().classes("items-center"):
                 for kind, name in (("tables", "tables"), ("bids", "BIDS")):
                     button = ui.button(f"Download {name} (ZIP)").props("outline")
@@ -188,7 +175,7 @@ class ExperimenterPage:
             if report_of(self.folder).is_file():
                 self._report_link("Open the last report")
             with ui.expansion("Simulated participants").classes("w-full"):
-                hint(
+                kit.hint(
                     "Programs that take this study like people, in a separate folder: to test the study and its power. "
                     "They say nothing about touch."
                 )
@@ -222,42 +209,40 @@ class ExperimenterPage:
         # Emptied at once: the next note may be written while this one is stored.
         text, self.text.value = self.text.value or "", ""
         try:
-            await in_background(self.store.note, text, code=self.about.value or None)
+            await kit.in_background(self.store.note, text, code=self.about.value or None)
         except Exception:
             self.text.value = self.text.value or text
             raise
         await self.update()
 
     async def _end(self) -> None:
-        if await in_background(lambda: self.store.ended):
-            await in_background(self.store.reopen_study)
+        if await kit.in_background(lambda: self.store.ended):
+            await kit.in_background(self.store.reopen_study)
         else:
             left = self.view.unfinished if self.view else 0
             who = f" {left} participants who have not finished can no longer answer." if left else ""
             question = f"End the study?{who} Answers so far are kept, and the study can be continued."
-            if not await confirm(question, "End the study"):
+            if not await kit.confirm(question, "End the study"):
                 return
-            await in_background(self.store.end)
+            await kit.in_background(self.store.end)
         await self.update()
 
-    @report_errors
     async def _download(self, kind: Any, button: ui.button) -> None:
-        with busy("packing the answers", button=button):
-            name, packed = await in_background(export_zip, self.folder, kind=kind)
+        with kit.busy("packing the answers", button=button):
+            name, packed = await kit.in_background(export_zip, self.folder, kind=kind)
         ui.download.content(packed, name, "application/zip")
 
-    @report_errors
     async def _analyse(self, button: ui.button) -> None:
-        view = await in_background(view_of, self.store)
+        view = await kit.in_background(view_of, self.store)
         warning = peeking_text(view)
-        if warning and not await confirm(warning, "Look anyway"):
+        if warning and not await kit.confirm(warning, "Look anyway"):
             return
         from tactogram_study.workflows.analysis import analyse_study
 
-        with busy("analysing the answers", button=button):
-            await in_background(analyse_study, self.folder, report_of(self.folder).parent)
+        with kit.busy("analysing the answers", button=button):
+            await kit.in_background(analyse_study, self.folder, report_of(self.folder).parent)
         if warning:
-            await in_background(self.store.note, f"Analysis viewed before the end: {view.summary()}")
+            await kit.in_background(self.store.note, f"Analysis viewed before the end: {view.summary()}")
         self._report_link("Open the new report")
         await self.update()
 
@@ -266,12 +251,11 @@ class ExperimenterPage:
         with self.report:
             ui.link(text, f"/experiment/{self.name}/report.html", new_tab=True)
 
-    @report_errors
     async def _simulate(self, button: ui.button) -> None:
         effect = parse_changes(split_commas(self.effect.value))
         count = int(self.count.value or 0)
-        with busy("simulating participants", button=button):
-            made = await in_background(simulate_session, self.folder, participants=count, effect=effect)
+        with kit.busy("simulating participants", button=button):
+            made = await kit.in_background(simulate_session, self.folder, participants=count, effect=effect)
         name = self.studio.workspace.name_of(Path(made["folder"]))
         with self.report:
             ui.link(f"{count} simulated participants finished: open their session", address_of(name))
@@ -285,8 +269,7 @@ class _RowView:
         with ui.element("tr") as self.row:
             with ui.element("th").props('scope="row"'):
                 ui.label(row.code)
-                if row.simulated:
-                    ui.label("simulated").classes("simulated")
+                kit.mark_simulated(row.simulated)
             self.status = _cell()
             with ui.element("td"):
                 self.place = ui.label()
@@ -314,15 +297,15 @@ class _RowView:
         self.abort.set_visibility(row.status in ("aborted", "active", NOT_BEGUN))
 
     def _button(self, text: str, handler: Callable[[], Any]) -> ui.button:
-        button = ui.button(text, on_click=report_errors(handler)).props("flat dense no-caps")
+        button = ui.button(text, on_click=handler).props("flat dense")
         # Named by the code, since every row has the same buttons; the text of Abort changes.
         return button if text == "Abort" else button.props(f'aria-label="{text} {self.code}"')
 
     async def _abort(self) -> None:
         if self.abort.text == "Reopen":
-            await in_background(self.page.store.reopen, self.code)
-        elif await confirm(f"End the session of {self.code} now? It can be reopened.", "Abort"):
-            await in_background(self.page.store.abort, self.code)
+            await kit.in_background(self.page.store.reopen, self.code)
+        elif await kit.confirm(f"End the session of {self.code} now? It can be reopened.", "Abort"):
+            await kit.in_background(self.page.store.abort, self.code)
         await self.page.update()
 
     async def _withdraw(self) -> None:
@@ -330,8 +313,8 @@ class _RowView:
             f"Delete all data of {self.code}? This cannot be undone. Earlier exports and analyses still contain them: "
             "delete those, and export again."
         )
-        if await confirm(question, f"Delete {self.code}"):
-            await in_background(self.page.store.withdraw, self.code)
+        if await kit.confirm(question, f"Delete {self.code}"):
+            await kit.in_background(self.page.store.withdraw, self.code)
         await self.page.update()
 
 

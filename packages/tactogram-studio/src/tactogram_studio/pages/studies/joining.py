@@ -8,7 +8,7 @@ from urllib.parse import urlsplit
 
 from nicegui import ui
 
-from tactogram_studio.layout import heading, hint, in_background, report_errors
+from tactogram_studio import kit
 from tactogram_studio.server.listening import is_loopback
 from tactogram_studio.server.qr_code import svg_qr_code
 from tactogram_study.wording import own_name
@@ -35,8 +35,8 @@ class JoinCard:
         self.root = reachable[0]
         self.card = ui.element("section").classes("card w-full stack")
         with self.card:
-            heading("Take part")
-            hint("Participants open this address, and begin or continue with their code.")
+            kit.heading("Take part")
+            kit.hint("Participants open this address, and begin or continue with their code.")
             if len(reachable) > 1:
                 select = ui.select(list(reachable), value=self.root, label="This machine's address")
                 select.props("dense").classes("w-full").on_value_change(self._choose)
@@ -57,9 +57,9 @@ class JoinCard:
     def show_qr_code(self, code: str) -> None:
         """Show the address of a participant's pages as a QR code."""
         with ui.dialog(value=True) as dialog, ui.card().classes("items-center"):
-            heading(f"Pages of {code}")
+            kit.heading(f"Pages of {code}")
             _address(f"{self.root}{self.session.take_path(code)}", f"Address of the pages of {code}")
-            hint("It leads to this participant's pages only.")
+            kit.hint("It leads to this participant's pages only.")
             ui.button("Close", on_click=dialog.close).props("flat")
         dialog.on("hide", dialog.delete)
 
@@ -70,7 +70,7 @@ class JoinCard:
             _address(address, "Address to take part", qr_code=not self.loopback)
             ui.button("Copy", on_click=lambda: ui.clipboard.write(address)).props("outline dense")
             if self.loopback:
-                hint(
+                kit.hint(
                     "This address works on this machine only. For tablets, start with --host 0.0.0.0 --https."
                 )
 
@@ -83,12 +83,12 @@ class JoinCard:
         self.code = ui.input("Code (empty: random)").props("dense maxlength=16").classes("w-full")
         self.language = ui.select(languages, value=next(iter(languages)), label="Language")
         self.language.props("dense").classes("w-full")
-        ui.button("Enrol", on_click=report_errors(self._enrol))
+        ui.button("Enrol", on_click=self._enrol)
         self.enrolled = ui.column().classes("w-full gap-1")
 
     async def _enrol(self) -> None:
         code = (self.code.value or "").strip() or None
-        participant = await in_background(self.session.store.enrol, code, language=self.language.value)
+        participant = await kit.in_background(self.session.store.enrol, code, language=self.language.value)
         self.code.value = ""
         with self.enrolled, ui.row().classes("items-center gap-2"):
             ui.label(participant.code).classes("h2")

@@ -1,4 +1,4 @@
-"""Parts of the page Studies: power of a planned study, and analysis of answers."""
+"""Parts of the page Studies: power of a planned study, the begin of a session, and analysis of answers."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ from nicegui import ui
 
 from tactogram.datasets import finite_number
 from tactogram.errors import ParameterError
-from tactogram_studio.layout import busy, heading, hint, in_background, report_errors
+from tactogram.recipe import parse_changes
+from tactogram_studio import kit
+from tactogram_studio.context import Studio
 from tactogram_studio.pages.studies.catalogue import (
     SessionEntry,
     analysis_folder,
     counts_of,
+    free_session_name,
+    new_session_folder,
     pairs_of,
     power_rows,
+    split_commas,
 )
-from tactogram_studio.pages.studies.experiment_view import participant_count
+from tactogram_studio.pages.studies.experiment_view import address_of, participant_count
 from tactogram_studio.workspace.folder import RUN, STORE, Workspace
 from tactogram_study.answers import SUFFIXES
 from tactogram_study.designs import designs
@@ -26,11 +31,28 @@ from tactogram_study.designs.catalogue import power_tables
 SIMULATIONS = 2000
 
 
+def begin_dialog(studio: Studio, source: Path | str, *, title: str, name: str) -> None:
+    """Ask for the session's folder, begin a session of a study file or shipped study, and open its page."""
+
+    async def begin() -> None:
+        place = new_session_folder(studio.workspace, folder.value or "")
+        values = parse_changes(split_commas(changes.value))
+        with kit.busy("beginning the session"):
+            await kit.in_background(studio.sessions.begin, source, place, changes=values)
+        ui.navigate.to(address_of(place.as_posix()))
+
+    with kit.form_dialog(f"Begin a session: {title}", "Begin", begin, label="Begin a session"):
+        folder = ui.input("Name of the session's folder", value=free_session_name(studio.workspace, name))
+        folder.classes("w-full")
+        changes = ui.input("Changes (optional)").props('placeholder="design.repeats=2, seed=7"')
+        changes.classes("w-full")
+        kit.hint("Answers are stored in this folder. The study cannot be changed once the session has begun.")
+
+
 def power() -> None:
     """Draw the form and table of statistical power."""
-    with ui.element("section").classes("card w-full stack"):
-        heading("Before a study: statistical power")
-        hint(
+    with kit.card("Before a study: statistical power", classes="w-full stack"):
+        kit.hint(
             f"Each row simulates {SIMULATIONS} studies with simulated participants. Empty fields have typical values; "
             "enter those of a pilot."
         )
@@ -44,12 +66,11 @@ def power() -> None:
             button = ui.button("Calculate power")
         shown = ui.column().classes("w-full gap-2").props('aria-live="polite"')
 
-        @report_errors
         async def calculate() -> None:
             from tactogram_study.workflows.power import study_power
 
-            with busy("simulating studies", button=button):
-                result = await in_background(
+            with kit.busy("simulating studies", button=button):
+                result = await kit.in_background(
                     study_power,
                     design.value,
                     participants=counts_of(people.value or "", "participants"),
@@ -60,10 +81,8 @@ def power() -> None:
                 )
             shown.clear()
             with shown:
-                _table(
-                    *power_rows(result["rows"]),
-                    caption=f"Design {result['design']}: share of simulated studies with each result",
-                )
+                caption = f"Design {result['design']}: share of simulated studies with each result"
+                kit.table(*power_rows(result["rows"]), caption=caption)
                 with (
                     ui.expansion("Full report with assumptions").classes("w-full"),
                     ui.element("div").classes("power"),
@@ -75,9 +94,8 @@ def power() -> None:
 
 def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
     """Draw the form that analyses a session or a table of answers."""
-    with ui.element("section").classes("card w-full stack"):
-        heading("After a study: analysis")
-        hint(
+    with kit.card("After a study: analysis", classes="w-full stack"):
+        kit.hint(
             "The publication's test and a sound one, with intervals and verdicts; margins are those of the study's "
             "file. Tables of other programs are read by their headings."
         )
@@ -108,7 +126,6 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
         button = ui.button("Analyse")
         shown = ui.column().classes("w-full gap-1").props('aria-live="polite"')
 
-        @report_errors
         async def analyse() -> None:
             from tactogram_study.workflows.analysis import analyse_study
 
@@ -116,8 +133,8 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                 raise ParameterError("choose the answers first: a session or a table")
             chosen = workspace.inside(source.value)
             out = analysis_folder(workspace, chosen)
-            with busy("analysing the answers", button=button), workspace.readable_errors():
-                result = await in_background(
+            with kit.busy("analysing the answers", button=button), workspace.readable_errors():
+                result = await kit.in_background(
                     analyse_study,
                     chosen,
                     out,
@@ -142,19 +159,6 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                 ui.link("Open the report", f"/reports?of={quote(workspace.name_of(out / 'report.html'))}")
 
         button.on_click(analyse)
-
-
-def _table(headings: list[str], rows: list[list[str]], *, caption: str) -> None:
-    with ui.element("div").classes("w-full overflow-x-auto"), ui.element("table").classes("people"):
-        ui.element("caption").classes("quiet small text-left")._text = caption
-        with ui.element("thead"), ui.element("tr"):
-            for heading in headings:
-                ui.element("th").props('scope="col"')._text = heading
-        with ui.element("tbody"):
-            for row in rows:
-                with ui.element("tr"):
-                    for cell in row:
-                        ui.element("td")._text = cell
 
 
 def _may_be_answers(path: Path) -> bool:

@@ -1,11 +1,11 @@
-"""Texture sources of the page Touch: materials of runs, kept results and files, found and loaded."""
+"""Texture sources of the page Touch: materials of runs, kept results and files, offered and loaded."""
 
 from __future__ import annotations
 
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
@@ -23,28 +23,33 @@ from tactogram.signal import (
     synthesise_modulated_noise,
 )
 from tactogram.signal.io import READABLE, USUAL, read_metadata, read_signal
-from tactogram.text_files import read_json
 from tactogram.workflows import TextureSettings, texture_of_map
-from tactogram_studio.pages.touch.offers import SUPPORTED, TextureOrigin
 from tactogram_studio.pages.touch.tables import (
     ASSUMED_SPEED_MM_S,
     TouchTexture,
     table_of_map,
     table_of_signal,
 )
-from tactogram_studio.workspace.folder import STORE, Workspace
+from tactogram_studio.workspace.folder import RUN, STORE, Workspace
+from tactogram_studio.workspace.runs import LOCK, RunCatalogue
 from tactogram_studio.workspace.shelf import ResultArchive
 
 if TYPE_CHECKING:
     from tactogram.workflows import LoadedRun
 
 T = TypeVar("T")
+TextureOrigin = Literal["run", "kept", "file"]
 TextureLayout = Literal["auto", "table", "path", "x", "y"]
+
+MOST_FILES = 300
+"""Listed files; others can be named by their path."""
+SUPPORTED = {"material", "speed_mm_s", "force_n"}
+"""Conditions that the page can set; results of models that need more are generated on the page Make and kept."""
 
 LAID_S = 6.0
 """Length of a generated texture, s; longer than the ear remembers a loop of noise."""
 LARGEST_FILE = 200_000_000
-MOST_TABLES, MOST_RUNS = 64, 3
+MOST_TABLES = 64
 """In the cache."""
 RATES = (8000.0, 192_000.0)
 
@@ -86,13 +91,64 @@ class TextureRequest:
             raise ParameterError("choose a texture: a run, a kept result or a file")
 
 
+@dataclass(frozen=True)
+class TextureChoice:
+    """A texture to choose, listed under ``group``; ``where``, ``of`` and ``material`` as of `TextureRequest`."""
+
+    where: TextureOrigin
+    of: str
+    material: str
+    title: str
+    group: str
+    simulated: bool = False
+
+
+def texture_choices(workspace: Workspace, shelf: ResultArchive) -> list[TextureChoice]:
+    """Return the materials of runs (newest run first), kept signals and files, without loading them."""
+    return [*_of_runs(workspace), *_of_shelf(shelf), *_of_files(workspace)]
+
+
+def _of_runs(workspace: Workspace) -> Iterator[TextureChoice]:
+    for run in RunCatalogue(workspace).own():
+        if run.model.gives == "signal" and set(run.model.needs) <= SUPPORTED:
+            group = f"{run.name} ({run.model.name})"
+            for material in run.kind.materials:
+                yield TextureChoice("run", run.name, material, material, group, run.kind.simulated)
+
+
+def _of_shelf(shelf: ResultArchive) -> Iterator[TextureChoice]:
+    for made in shelf.all():
+        if not made.is_image:
+            yield TextureChoice(
+                "kept", made.id, "", made.title, "Kept results", bool(made.facts.get("simulated", False))
+            )
+
+
+def _of_files(workspace: Workspace) -> Iterator[TextureChoice]:
+    """Yield signal files outside of runs, stores and the studio's own folder."""
+    names = [
+        workspace.name_of(path)
+        for path in workspace.signal_files()
+        if not path.is_relative_to(workspace.studio_folder)
+        and not any(
+            (folder / name).is_file() for folder in _folders(workspace, path) for name in (RUN, STORE)
+        )
+    ]
+    for name in names[:MOST_FILES]:
+        yield TextureChoice("file", name, "", name, "Files")
+
+
+def _folders(workspace: Workspace, path: Path) -> Iterator[Path]:
+    return (folder for folder in path.parents if folder.is_relative_to(workspace.folder))
+
+
 class TouchSources:
     """Textures of a workspace and their tables, cached."""
 
     def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self._workspace, self._shelf = workspace, shelf
+        self._runs = RunCatalogue(workspace)
         self._tables = _ValueCache(MOST_TABLES)
-        self._runs = _ValueCache(MOST_RUNS)
 
     def table(self, request: TextureRequest) -> TouchTexture:
         """Return the table of a texture; `TactogramError` if it does not exist in the workspace, or cannot be felt."""
@@ -103,7 +159,7 @@ class TouchSources:
         """Return some seconds of a texture and the speed of their recording or generation; errors as of `table`."""
         path = self._place(request)
         if request.where == "run":
-            run = self._loaded(path)
+            run = self._loaded(request)
             surface = _map_of(run, request.material)
             return _generated(run, request) if surface is None else self._laid(surface, request)
         return self._recorded(request, path)
@@ -112,12 +168,9 @@ class TouchSources:
         """Return a picture of a run's material from its data, and whether it is simulated; None if there is none."""
         if request.where != "run":
             return None
-        from tactogram.datasets import open_store
-
-        store_path = self._store_of(self._place(request))
-        if store_path is None:
+        store = self._runs.store_of(self._runs.get(request.of))
+        if store is None:
             return None
-        store = open_store(store_path)
         for key in store.photographs_of(request.material):
             return store.photograph(key), store.simulated
         for info in store.index:
@@ -128,27 +181,16 @@ class TouchSources:
     def _place(self, request: TextureRequest) -> Path:
         if request.where == "kept":
             return self._shelf.get(request.of).folder
+        if request.where == "run":
+            return self._runs.get(request.of).folder
         path = self._workspace.inside(request.of)
-        if request.where == "file" and not path.is_file():
+        if not path.is_file():
             raise DataError(f"{request.of}: no such file in the workspace")
-        if request.where == "run" and not path.is_dir():
-            raise DataError(f"{request.of}: no such run in the workspace")
         return path
-
-    def _store_of(self, run: Path) -> Path | None:
-        """Return the store that a run was trained on, if the workspace has it, moved or not."""
-        try:
-            data = read_json(run / "data.json")
-            wanted = self._workspace.folder / str(data["path"])
-            if wanted.resolve().is_relative_to(self._workspace.folder) and (wanted / STORE).is_file():
-                return wanted
-            return next((path for path in self._workspace.stores() if _hash_of(path) == data["sha256"]), None)
-        except (DataError, KeyError, TypeError):
-            return None
 
     def _made(self, request: TextureRequest, path: Path) -> TouchTexture:
         if request.where == "run":
-            run = self._loaded(path)
+            run = self._loaded(request)
             surface = _map_of(run, request.material)
             if surface is not None and _by_table(surface, request):
                 return table_of_map(
@@ -175,13 +217,8 @@ class TouchSources:
             limited=limited,
         )
 
-    def _loaded(self, path: Path) -> LoadedRun:
-        def load() -> LoadedRun:
-            from tactogram.workflows import load_run
-
-            return load_run(path)
-
-        return self._runs.get((path, _stamp(path)), load)
+    def _loaded(self, request: TextureRequest) -> LoadedRun:
+        return self._runs.load(self._runs.get(request.of))
 
     def _laid(self, surface: TextureMap | NoiseMap, request: TextureRequest) -> tuple[Signal, float | None]:
         """Return some seconds of models over speed and force, and their speed."""
@@ -266,7 +303,8 @@ def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float |
     if "speed_mm_s" in run.facts.conditions:
         condition["speed_mm_s"] = request.speed_mm_s or ASSUMED_SPEED_MM_S
     seconds = LAID_S if run.kind.domain == "time" else None
-    made = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
+    with LOCK:
+        made = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
     if not isinstance(made, Signal):
         raise ParameterError(f"{run.run.name}: {run.facts.name} generates images, which cannot be felt")
     return made, condition.get("speed_mm_s", request.speed_mm_s)
@@ -286,10 +324,3 @@ def _stamp(path: Path) -> tuple[int, ...]:
     """Return a key that changes with a run, a kept result or a file."""
     inner = [path, path / "model.safetensors", path / "facts.json"]
     return tuple(file.stat().st_mtime_ns for file in inner if file.exists())
-
-
-def _hash_of(store: Path) -> str:
-    try:
-        return str(read_json(store / STORE).get("sha256", ""))
-    except (DataError, AttributeError):
-        return ""

@@ -10,42 +10,41 @@ from fastapi import Query
 from nicegui import ui
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram_studio.layout import heading, hint, in_background, page, route
-from tactogram_studio.pages.train.log import loss_curves, read_metrics
-from tactogram_studio.pages.train.widgets import TrainContext, loss_options
+from tactogram_studio import kit
+from tactogram_studio.context import Studio
+from tactogram_studio.tasks.log import loss_curves, read_metrics, thinned
 
 MOST_RUNS = 8
+INKS = ("#0b5d66", "#b3541e", "#5b4a9e", "#1e6b34", "#a4262c", "#5a6470", "#8a5a00", "#1f5fa8")
+"""Colours of curves; each has a contrast of at least 4.5:1 on white."""
 Curves = dict[str, list[tuple[int, float]]]
 
 
-def add(context: TrainContext) -> None:
+def add(studio: Studio) -> None:
     """Register ``/train/compare``."""
 
-    @route("/train/compare")
+    @kit.route("/train/compare")
     async def show(run: Annotated[list[str], Query()] = []) -> None:  # noqa: B006 - read only
-        with page("Train"):
+        with kit.page("Train"):
             ui.link("All runs", "/train").classes("small")
             try:
-                curves, compared = await in_background(_read, context, run)
+                curves, compared = await kit.in_background(_read, studio, run)
             except TactogramError as error:
-                ui.label(str(error)).props('role="alert"')
+                kit.alert(str(error))
                 return
-            heading("Comparison of runs")
+            kit.heading("Comparison of runs")
             _draw_losses(curves)
-            for title, rows in (
-                ("Results", "results"),
-                ("Models and data", "facts"),
-                ("Different settings", "settings"),
-            ):
-                _draw_table(title, compared[rows], list(curves))
+            _draw_table("Results", "Measure", compared["results"], list(curves))
+            _draw_table("Models and data", "Fact", compared["facts"], list(curves))
+            _draw_table("Different settings", "Setting", compared["settings"], list(curves))
             for note in compared["notes"]:
-                hint(note)
+                kit.hint(note)
 
 
-def _read(context: TrainContext, names: Sequence[str]) -> tuple[dict[str, Curves], dict[str, Any]]:
+def _read(studio: Studio, names: Sequence[str]) -> tuple[dict[str, Curves], dict[str, Any]]:
     from tactogram.workflows import compare_runs  # brings torch
 
-    workspace = context.studio.workspace
+    workspace = studio.workspace
     folders = [workspace.inside(name) for name in dict.fromkeys(names)][:MOST_RUNS]
     for name, folder in zip(dict.fromkeys(names), folders, strict=False):
         if not (folder / "recipe.toml").is_file():
@@ -58,7 +57,7 @@ def _read(context: TrainContext, names: Sequence[str]) -> tuple[dict[str, Curves
 
 def _draw_losses(curves_by_run: Mapping[str, Curves]) -> None:
     names = list(dict.fromkeys(loss for curves in curves_by_run.values() for loss in curves))
-    with ui.element("section").classes("card w-full"):
+    with kit.card():
         if not names:
             ui.label(
                 "None of these runs has loss curves: their models are computed from the recordings."
@@ -83,18 +82,39 @@ def loss_by_run(curves_by_run: Mapping[str, Curves], loss: str) -> Curves:
     return {run: curves[loss] for run, curves in curves_by_run.items() if loss in curves}
 
 
-def _draw_table(title: str, rows: Mapping[str, Sequence[Any]], runs: Sequence[str]) -> None:
-    with ui.element("section").classes("card w-full").style("overflow-x: auto"):
-        heading(title)
+def loss_options(
+    curves: Mapping[str, Sequence[tuple[int, float]]], *, log_scale: bool = False
+) -> dict[str, Any]:
+    """Return the chart of losses, given as (step, value); ``log_scale`` applies only if all values are positive."""
+    positive = all(value > 0 for points in curves.values() for _, value in points)
+    return {
+        "animation": False,
+        "color": list(INKS),
+        "aria": {"enabled": True},
+        "grid": {"left": 60, "right": 20, "top": 40, "bottom": 45},
+        "legend": {"show": True, "top": 0, "type": "scroll"},
+        "tooltip": {"trigger": "axis"},
+        "xAxis": {"type": "value", "name": "step", "nameLocation": "middle", "nameGap": 28, "min": 0},
+        "yAxis": {"type": "log" if log_scale and positive else "value", "scale": True},
+        "series": [
+            {
+                "type": "line",
+                "name": name,
+                "showSymbol": len(points) < 3,
+                "lineStyle": {"width": 1.5},
+                "data": [list(point) for point in thinned(points)],
+            }
+            for name, points in curves.items()
+        ],
+    }
+
+
+def _draw_table(title: str, key: str, rows: Mapping[str, Sequence[Any]], runs: Sequence[str]) -> None:
+    with kit.card(title):
         if not rows:
             ui.label("None.").classes("quiet")
             return
-        columns = [{"name": "key", "label": "", "field": "key", "align": "left"}]
-        columns += [{"name": run, "label": run, "field": run, "align": "left"} for run in runs]
-        table = [
-            {"key": key, **dict(zip(runs, map(_text, values), strict=True))} for key, values in rows.items()
-        ]
-        ui.table(columns=columns, rows=table, row_key="key").props("flat dense wrap-cells").classes("w-full")
+        kit.table([key, *runs], [[name, *map(_text, values)] for name, values in rows.items()])
         with ui.row():
             for run in runs:
                 ui.link(run, f"/train/watch?run={quote(run)}").classes("small")

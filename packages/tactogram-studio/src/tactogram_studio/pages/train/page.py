@@ -7,35 +7,27 @@ from urllib.parse import quote
 
 from nicegui import ui
 
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import heading, in_background, page, report_errors, route
+from tactogram_studio.kit.tasks import ACTIVITIES, ProgressRow, TaskCards, badge
 from tactogram_studio.pages.train import compare, form, watch
-from tactogram_studio.pages.train.run_summary import RunSummary, run_summary
-from tactogram_studio.pages.train.trainings import StudioTask, TaskStatus, trainings_of
-from tactogram_studio.pages.train.widgets import (
-    ACTIVITIES,
-    ProgressRow,
-    TaskCards,
-    TrainContext,
-    badge,
-    state_of,
-)
+from tactogram_studio.pages.train.run_summary import RunSummary, run_summary, state_of
+from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
 
 
 def add(studio: Studio) -> None:
     """Register ``/train`` and the pages below it."""
-    context = TrainContext(studio, trainings_of(studio.workspace))
-    context.trainings.keep_advancing()
-    watch.add(context)
-    compare.add(context)
+    trainings_of(studio.workspace).keep_advancing()
+    watch.add(studio)
+    compare.add(studio)
 
-    @route("/train")
+    @kit.route("/train")
     async def show(model: str = "", data: str = "") -> None:
-        with page("Train"), ui.element("div").classes("grid-2"):
-            with ui.element("section").classes("card").props('aria-label="Start a training"'):
-                form.draw(context, model=model, data=data)
-            with ui.column().classes("w-full gap-4 items-stretch"):
-                await _RunList(context).draw()
+        with kit.page("Train"), ui.element("div").classes("grid-2"):
+            with kit.card("Start a training"):
+                form.draw(studio, model=model, data=data)
+            with kit.column():
+                await _RunList(studio).draw()
 
 
 @dataclass(frozen=True)
@@ -59,24 +51,24 @@ class _RunEntry:
 class _RunList:
     """Runs and other tasks, redrawn when a state changes; progress is updated in place."""
 
-    def __init__(self, context: TrainContext) -> None:
-        self.context = context
+    def __init__(self, studio: Studio) -> None:
+        self.studio, self.trainings = studio, trainings_of(studio.workspace)
         self.entries: list[_RunEntry] = []
         self.selected: set[str] = set()
         self.rows: dict[str, ProgressRow] = {}
-        self.cards = TaskCards(context, tuple(ACTIVITIES), title="Other tasks")
+        self.cards = TaskCards(self.trainings, tuple(ACTIVITIES), title="Other tasks")
 
     async def draw(self) -> None:
         await self._update(first=True)
-        with ui.element("section").classes("card w-full"), ui.column().classes("w-full gap-2 items-stretch"):
+        with kit.card(), kit.column(gap=2):
             self._runs()
-        with ui.column().classes("w-full gap-2 items-stretch"):
+        with kit.column(gap=2):
             self.cards.draw()
-        ui.timer(1.5, report_errors(self._update))
+        ui.timer(1.5, self._update)
 
     async def _update(self, *, first: bool = False) -> None:
         drawn = self.entries
-        self.entries, others = await in_background(self._gather)
+        self.entries, others = await kit.in_background(self._gather)
         if not first and [(e.name, e.state) for e in drawn] != [(e.name, e.state) for e in self.entries]:
             self._runs.refresh()
         self.cards.update(others)
@@ -86,7 +78,7 @@ class _RunList:
 
     def _gather(self) -> tuple[list[_RunEntry], list[tuple[StudioTask, TaskStatus]]]:
         """Return the runs, active ones first, then newest first; and the other unfinished tasks."""
-        workspace, trainings = self.context.studio.workspace, self.context.trainings
+        workspace, trainings = self.studio.workspace, self.trainings
         tasks = trainings.all()
         latest: dict[str, StudioTask] = {}
         for task in tasks:
@@ -106,7 +98,7 @@ class _RunList:
     def _runs(self) -> None:
         self.rows.clear()
         with ui.row().classes("items-center justify-between w-full"):
-            heading(f"Runs ({len(self.entries)})")
+            kit.heading(f"Runs ({len(self.entries)})")
             self.compare_button = ui.button("Compare", on_click=self._compare).props("outline")
             self.compare_button.set_enabled(len(self.selected) > 1)
         if not self.entries:
@@ -132,8 +124,7 @@ class _RunList:
             box.props(f'dense aria-label="Compare {name}"').set_enabled(summary is not None)
             ui.link(name, f"/train/watch?run={quote(name)}").style("overflow-wrap: anywhere")
             ui.space()
-            if summary is not None and summary.simulated:
-                ui.label("simulated data").classes("simulated")
+            kit.mark_simulated(summary is not None and summary.simulated, "simulated data")
             badge(entry.state)
         if summary is not None:
             text = f"{summary.model} on {summary.data.get('name', 'unknown data')}"
@@ -144,5 +135,5 @@ class _RunList:
             if entry.status.message and entry.state == "failed":
                 ui.label(entry.status.message).classes("small text-negative")
             if entry.active:
-                self.rows[name] = ProgressRow(self.context)
+                self.rows[name] = ProgressRow(self.trainings)
                 self.rows[name].update(task, entry.status)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,8 +12,9 @@ from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo
 from tactogram.recipe import parse_changes
 from tactogram.workflows import TrainingRequest
+from tactogram_studio.tasks.queue import output_name
+from tactogram_studio.workspace.commands import arguments
 
-NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 SPLITS = {
     "": "random validation and test parts",
     "last": "last recordings of each material as test part",
@@ -63,29 +63,22 @@ class RunRequest:
     @property
     def folder(self) -> str:
         """The run folder relative to the workspace; raise `ParameterError` if ``name`` is not a folder name."""
-        if not NAME.fullmatch(self.name):
-            raise ParameterError(
-                "the run's name must be letters, digits, '.', '_' and '-', at most 80, not starting with '.' or '-', "
-                f"got {self.name[:100]!r}"
-            )
-        return f"runs/{self.name}"
+        return output_name("runs", self.name)
 
     @property
     def arguments(self) -> list[str]:
         """The arguments of ``tactogram``."""
-        arguments = ["train", self.model, "--data", self.data, "--recipe", self.recipe]
-        for option, value, default in (
-            ("--split", self._split, ""),
-            ("--by", self.by, "recording"),
-            ("--label", self.label, "material"),
-        ):
-            if value != default:
-                arguments += [option, value]
-        for key, value in self._where.items():
-            arguments += ["--where", f"{key}={value}"]
-        for change in self.changes:
-            arguments += ["--set", change]
-        return [*arguments, "--out", self.folder]
+        options = {
+            "--data": self.data,
+            "--recipe": self.recipe,
+            "--split": self._split,
+            "--by": self.by if self.by != "recording" else "",
+            "--label": self.label if self.label != "material" else "",
+            "--where": [f"{key}={value}" for key, value in self._where.items()],
+            "--set": self.changes,
+            "--out": self.folder,
+        }
+        return arguments("train", self.model, options=options)
 
     def training_request(self, data: Path) -> TrainingRequest:
         """Return the request as `workflows.training` takes it, for the store in ``data``."""

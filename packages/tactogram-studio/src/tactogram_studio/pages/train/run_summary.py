@@ -11,6 +11,7 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.text_files import read_json, read_toml
 from tactogram.workflows import evaluation_results, is_training, numbers_of
+from tactogram_studio.tasks.queue import TaskStatus
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,17 @@ def run_summary(folder: Path) -> RunSummary:
         numbers_of(_read(folder / "model.json").get("validation")),
         evaluation_results(_read(folder / "evaluation.json")),
     )
+
+
+def state_of(summary: RunSummary | None, status: TaskStatus | None) -> str:
+    """Return the state of a run: of its active task, else according to its folder."""
+    if status is not None and status.active:
+        return status.state
+    if summary is not None and summary.finished:
+        return "finished"
+    if summary is not None and summary.training:
+        return "running"
+    return status.state if status is not None else "unfinished"
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -13,38 +13,30 @@ from PIL import Image as Pillow
 from tactogram.errors import ParameterError
 from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata
-from tactogram_studio.layout import (
-    attribute,
-    busy,
-    confirm,
-    heading,
-    hint,
-    in_background,
-    page,
-    report_errors,
-    route,
-)
-from tactogram_studio.pages.train.log import checkpoint_position, loss_curves, read_metrics, thinned
-from tactogram_studio.pages.train.run_summary import run_summary
-from tactogram_studio.pages.train.trainings import StudioTask, TaskStatus
-from tactogram_studio.pages.train.widgets import ProgressRow, TrainContext, badge, loss_options, state_of
+from tactogram_studio import kit
+from tactogram_studio.context import Studio
+from tactogram_studio.kit.tasks import ProgressRow, TaskCards, badge
+from tactogram_studio.pages.train.compare import loss_options
+from tactogram_studio.pages.train.run_summary import run_summary, state_of
 from tactogram_studio.signals.view import add_routes, signal_card
+from tactogram_studio.tasks.log import checkpoint_position, loss_curves, read_metrics, thinned
+from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
 
 SHOWN_SAMPLES = 6
 
 
-def add(context: TrainContext) -> None:
+def add(studio: Studio) -> None:
     """Register ``/train/watch``."""
     add_routes()
 
-    @route("/train/watch")
+    @kit.route("/train/watch")
     async def show(run: str = "") -> None:
-        with page("Train"):
+        with kit.page("Train"):
             ui.link("All runs", "/train").classes("small")
             try:
-                view = _RunView(context, run)
+                view = _RunView(studio, run)
             except ParameterError as error:
-                ui.label(str(error)).props('role="alert"')
+                kit.alert(str(error))
                 return
             await view.draw()
 
@@ -52,16 +44,16 @@ def add(context: TrainContext) -> None:
 class _RunView:
     """A run; sections are redrawn when its state changes, and updated in place otherwise."""
 
-    def __init__(self, context: TrainContext, name: str) -> None:
-        folder = context.studio.workspace.inside(name)
-        self.context, self.trainings, self.folder = context, context.trainings, folder
-        self.name = context.studio.workspace.name_of(folder)
+    def __init__(self, studio: Studio, name: str) -> None:
+        self.folder = folder = studio.workspace.inside(name)
+        self.name, self.trainings = studio.workspace.name_of(folder), trainings_of(studio.workspace)
         tasks = self.trainings.of(self.name)
         if not (folder / "recipe.toml").is_file() and not tasks:
             raise ParameterError(f"{name[:200]}: no such run in this workspace; it may have been deleted")
         self.task: StudioTask | None = None
         self.status: TaskStatus | None = None
-        self.evaluation: tuple[StudioTask, TaskStatus] | None = None
+        self.evaluations: list[tuple[StudioTask, TaskStatus]] = []
+        self.cards = TaskCards(self.trainings, ("evaluate",))
         self.summary = run_summary(folder)
         self.position: dict[str, int] | None = None
         self.deleted = False
@@ -73,23 +65,23 @@ class _RunView:
         self.sample_choices: list[str] = []
         self.sample_of: str | None = None
         self.progress: ProgressRow | None = None
-        self.evaluation_progress: ProgressRow | None = None
 
     async def draw(self) -> None:
-        await in_background(self._read)
+        await kit.in_background(self._read)
         self.head()
-        with ui.element("section").classes("card w-full").props('aria-label="Losses"'):
-            heading("Losses")
+        with kit.card("Losses"):
             self.no_curve = ui.label("No losses yet.").classes("quiet")
             self.chart = ui.echart(loss_options({})).classes("w-full").style("height: 20rem")
             self.chart.props('role="img" aria-label="Losses over steps"')
             self.log_scale = ui.switch("logarithmic", on_change=lambda: self._draw_curves(redraw=True))
             self.log_scale.props("dense")
         self.samples()
+        self.cards.update(self.evaluations)
+        self.cards.draw()
         self.results()
         self._draw_curves(redraw=True)
         self.drawn = self._signature()
-        ui.timer(1.0, report_errors(self._update))
+        ui.timer(1.0, self._update)
 
     def _read(self) -> None:
         """Read the run folder and its tasks; slow for the many metrics of a long training."""
@@ -98,8 +90,8 @@ class _RunView:
         self.task = next((task for task in tasks if task.kind == "train"), None)
         self.status = self.trainings.status(self.task) if self.task else None
         self.deleted = not tasks and not (self.folder / "recipe.toml").is_file()
-        evaluating = next((task for task in tasks if task.kind == "evaluate"), None)
-        self.evaluation = (evaluating, self.trainings.status(evaluating)) if evaluating else None
+        evaluating = [task for task in tasks if task.kind == "evaluate"]
+        self.evaluations = self.cards.unfinished(evaluating[:1])
         file = self.folder / "metrics.jsonl"
         size = file.stat().st_size if file.is_file() else 0
         if size != self.metrics_bytes:
@@ -117,7 +109,7 @@ class _RunView:
             self.position is not None,
             self.summary.has_report,
             dict(self.summary.evaluation),
-            self.evaluation and (self.evaluation[1].state, self.evaluation[1].message),
+            any(status.active for _, status in self.evaluations),
             self.position if self.state != "running" else None,
         )
 
@@ -140,7 +132,7 @@ class _RunView:
         return model is not None and model.task == "generation"
 
     async def _update(self) -> None:
-        await in_background(self._read)
+        await kit.in_background(self._read)
         if self._signature() != self.drawn:
             self.drawn = self._signature()
             self.head.refresh()
@@ -150,39 +142,28 @@ class _RunView:
             self.progress.update(self.task, self.status)
         if self.checkpoint is not None:
             self.checkpoint.text = self._checkpoint_text()
-        if self.evaluation and self.evaluation[1].active and self.evaluation_progress:
-            self.evaluation_progress.update(*self.evaluation)
+        self.cards.update(self.evaluations)
         self._draw_curves()
 
     @ui.refreshable_method
     def head(self) -> None:
         self.progress = None
         if self.deleted:
-            ui.label(f"{self.name} has been deleted.").props('role="alert"')
+            kit.alert(f"{self.name} has been deleted.")
             return
-        with ui.element("section").classes("card w-full").props('aria-live="polite"'):
+        with kit.card(live=True):
             with ui.row().classes("items-center gap-3 w-full"):
-                heading(self.name).style("overflow-wrap: anywhere")
+                kit.heading(self.name).style("overflow-wrap: anywhere")
                 badge(self.state)
-                if self.summary.simulated:
-                    ui.label("simulated data").classes("simulated")
+                kit.mark_simulated(self.summary.simulated, "simulated data")
             if data := self.summary.data:
-                split = data.get("split", {})
-                parts = ", ".join(
-                    f"{split[part]} for {name}"
-                    for part, name in (
-                        ("train", "training"),
-                        ("validation", "validation"),
-                        ("test", "testing"),
-                    )
-                    if part in split
-                )
-                text = (
-                    f"{self.summary.model} on {data.get('name')} · split by {split.get('by', '?')}: {parts}"
-                )
-                ui.label(text).classes("quiet")
+                split, names = data.get("split", {}), {"train": "training", "test": "testing"}
+                listed = [part for part in ("train", "validation", "test") if part in split]
+                parts = ", ".join(f"{split[part]} for {names.get(part, part)}" for part in listed)
+                by = f"{data.get('name')} · split by {split.get('by', '?')}"
+                ui.label(f"{self.summary.model} on {by}: {parts}").classes("quiet")
             if self.task is not None and self.status is not None and self.active:
-                self.progress = ProgressRow(self.context)
+                self.progress = ProgressRow(self.trainings)
                 self.progress.update(self.task, self.status)
             elif self.status is not None and self.status.message and self.state in ("failed", "stopped"):
                 ui.label(self.status.message).classes("text-negative" if self.state == "failed" else "")
@@ -194,47 +175,45 @@ class _RunView:
                 self._draw_buttons()
             if self.task is not None:
                 ui.separator().classes("q-my-sm")
-                hint("Equivalent command")
-                command = ui.element("code").classes("small").style("overflow-wrap: anywhere; display: block")
-                command._text = self.task.command
+                kit.hint("Equivalent command")
+                kit.code(self.task.command)
 
     def _draw_buttons(self) -> None:
         if self.active:
-            stop = ui.button("Stop", on_click=report_errors(self._stop)).props("outline")
+            stop = ui.button("Stop", on_click=self._stop).props("outline")
             stop.set_enabled(self.state != "stopping")
             if self.state == "stopping":
-                ui.button("Stop now", on_click=report_errors(self._kill)).props("outline color=negative")
+                ui.button("Stop now", on_click=self._kill).props("outline color=negative")
             return
         if self.trained_elsewhere:
             return
         if self.state in ("stopped", "failed", "unfinished"):
-            ui.button("Resume", on_click=report_errors(self._resume))
+            ui.button("Resume", on_click=self._resume)
         if self.summary.finished:
             if self.generates:
                 ui.button("Open in Make", on_click=lambda: ui.navigate.to(f"/make?run={quote(self.name)}"))
-            evaluate = ui.button("Evaluate", on_click=report_errors(self._evaluate)).props("outline")
-            evaluate.set_enabled(self.evaluation is None or not self.evaluation[1].active)
-        ui.button("Delete", on_click=report_errors(self._ask_delete)).props("flat color=negative")
+            evaluate = ui.button("Evaluate", on_click=self._evaluate).props("outline")
+            evaluate.set_enabled(not any(status.active for _, status in self.evaluations))
+        ui.button("Delete", on_click=self._ask_delete).props("flat color=negative")
 
     @ui.refreshable_method
     def samples(self) -> None:
         self.checkpoint = None
         if not self.generates or not (self.summary.finished or self.position):
             return
-        with ui.element("section").classes("card w-full").props('aria-label="Samples"'):
-            heading("Samples")
-            self.checkpoint = hint(self._checkpoint_text())
+        with kit.card("Samples"):
+            self.checkpoint = kit.hint(self._checkpoint_text())
             with ui.row().classes("items-center"):
                 button = ui.button("Generate sample").props("outline")
                 choice = ui.select(self.sample_choices, label="Sample of", value=self.sample_of)
                 choice.props("dense options-dense").classes("w-64").bind_value(self, "sample_of")
-                button.on_click(report_errors(lambda: self._generate_sample(button)))
+                button.on_click(lambda: self._generate_sample(button))
             self._draw_samples()
         if not self.sample_choices:
-            ui.timer(0.05, report_errors(partial(self._load_sample_choices, choice)), once=True)
+            ui.timer(0.05, partial(self._load_sample_choices, choice), once=True)
 
     async def _load_sample_choices(self, choice: ui.select) -> None:
-        self.sample_choices = await in_background(_sample_choices, self.folder)
+        self.sample_choices = await kit.in_background(_sample_choices, self.folder)
         if not choice.is_deleted:
             choice.set_options(self.sample_choices, value=next(iter(self.sample_choices), None))
 
@@ -251,7 +230,7 @@ class _RunView:
             if file.suffix == ".png":
                 facts = read_image_metadata(file)
                 picture = ui.image(Pillow.fromarray(read_image(file).pixels)).style("max-width: 16rem")
-                picture.props(f'alt="{attribute(str(facts.get("of", file.stem)))}"')
+                picture.props(f'alt="{kit.attribute(str(facts.get("of", file.stem)))}"')
                 continue
             facts = read_metadata(file)
             when = "after training" if facts.get("step") is None else f"at step {facts['step']}"
@@ -260,17 +239,12 @@ class _RunView:
 
     @ui.refreshable_method
     def results(self) -> None:
-        self.evaluation_progress = None
-        if self.evaluation is not None and self.evaluation[1].state not in ("finished", "stopped"):
-            with ui.element("section").classes("card w-full").props('aria-live="polite"'):
-                self._draw_evaluation(*self.evaluation)
         summary = self.summary
-        rows = [("validation part", name, value) for name, value in summary.validation.items()]
-        rows += [("evaluation", name, value) for name, value in summary.evaluation.items()]
+        rows = [[name, "validation part", f"{value:.4g}"] for name, value in summary.validation.items()]
+        rows += [[name, "evaluation", f"{value:.4g}"] for name, value in summary.evaluation.items()]
         if rows:
-            with ui.element("section").classes("card w-full").props('aria-label="Results"'):
-                heading("Results")
-                _draw_results(rows)
+            with kit.card("Results"):
+                kit.table(["Measure", "Measured on", "Value"], rows)
                 if summary.has_report:
                     ui.link("Read the report", f"/reports?of={quote(self.name)}/report.html")
         if self.task is not None and self.status is not None:
@@ -278,16 +252,6 @@ class _RunView:
                 log = ui.element("pre").classes("small")
                 log.style("white-space: pre-wrap; overflow-wrap: anywhere")
                 log._text = self.trainings.log(self.task)[-4000:] or "empty"
-
-    def _draw_evaluation(self, task: StudioTask, status: TaskStatus) -> None:
-        heading("Evaluation")
-        badge(status.state)
-        if not status.active:
-            ui.label(status.message).classes("text-negative")
-            return
-        self.evaluation_progress = ProgressRow(self.context, label="Progress of the evaluation")
-        self.evaluation_progress.update(task, status)
-        ui.button("Stop", on_click=report_errors(lambda: self.trainings.stop(task.id))).props("outline dense")
 
     def _draw_curves(self, *, redraw: bool = False) -> None:
         if self.chart_current and not redraw:
@@ -313,22 +277,21 @@ class _RunView:
             self.trainings.stop(self.task.id, at_once=True)
 
     async def _resume(self) -> None:
-        task = await in_background(self.trainings.resume_run, self.folder)
-        self.context.readings.pop(task.id, None)
+        await kit.in_background(self.trainings.resume_run, self.folder)
 
     async def _evaluate(self) -> None:
-        await in_background(self.trainings.begin, "evaluate", ["evaluate", self.name], self.name)
+        await kit.in_background(self.trainings.begin, "evaluate", ["evaluate", self.name], self.name)
 
     async def _generate_sample(self, button: ui.button) -> None:
-        with busy("Generating a sample", button=button):
-            await in_background(_write_sample, self.folder, self.sample_of)
+        with kit.busy("Generating a sample", button=button):
+            await kit.in_background(_write_sample, self.folder, self.sample_of)
         self.samples.refresh()
 
     async def _ask_delete(self) -> None:
         text = f"Delete {self.name} with its weights, samples and report? This cannot be undone."
         client = ui.context.client
-        if await confirm(text, "Delete run"):
-            await in_background(self._delete)
+        if await kit.confirm(text, "Delete run"):
+            await kit.in_background(self._delete)
             with client:  # an update may have removed the button meanwhile, and its slot with it
                 ui.navigate.to("/train")
 
@@ -350,12 +313,3 @@ def _write_sample(run: Path, of: str | None) -> None:
     from tactogram.workflows import sample  # brings torch
 
     sample(run, of=of)
-
-
-def _draw_results(rows: list[tuple[str, str, float]]) -> None:
-    columns = [
-        {"name": name, "label": label, "field": name, "align": "right" if name == "value" else "left"}
-        for name, label in (("origin", "Measured on"), ("measure", "Measure"), ("value", "Value"))
-    ]
-    table = [{"origin": origin, "measure": name, "value": f"{value:.4g}"} for origin, name, value in rows]
-    ui.table(columns=columns, rows=table, row_key="measure").props("flat dense").classes("w-full")

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 from nicegui import ui
 
 from tactogram.rendering import shipped
-from tactogram_studio.layout import NumberField, attribute, heading, hint, report_errors
+from tactogram_studio import kit
 from tactogram_studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text
 from tactogram_studio.pages.studies.editor.fields import fields_of, help_of
 from tactogram_studio.pages.studies.editor.stimuli import stimulus_names
 from tactogram_studio.pages.studies.editor.stimuli_view import listed_stimuli
 from tactogram_studio.pages.studies.editor.widgets import (
+    TYPED,
     Editor,
+    Redraw,
+    draw_choice,
     draw_field,
     draw_fields,
     draw_texts,
-    icon_button,
+    new_name,
     part,
+    without,
 )
 from tactogram_study.designs import Design, designs
 from tactogram_study.planned import PlannedAnalysis
@@ -28,9 +31,9 @@ from tactogram_study.practice import Practice
 from tactogram_study.study_file import Study
 from tactogram_study.wording import language_texts, own_name
 
-Redraw = Callable[[], None]
 SPECIAL = ("kind", "words", "word_texts", "pairs", "standard")
 """Settings of designs that have forms of their own."""
+STACK = "w-full stack"
 
 
 def design_of(editor: Editor) -> type[Design]:
@@ -40,27 +43,26 @@ def design_of(editor: Editor) -> type[Design]:
 
 def about(editor: Editor) -> None:
     """Draw title, languages and consent."""
-    with ui.element("section").classes("card w-full stack"):
-        heading("Title and consent")
-        names = {one: own_name(one) for one in (*editor.draft.languages, *language_texts())}
+    names = {one: own_name(one) for one in (*editor.draft.languages, *language_texts())}
 
-        def choose(event: Any) -> None:
-            editor.draft.set(("languages",), list(event.value))
-            editor.changed()
-            editor.redraw()
+    def choose(languages: list[str]) -> None:
+        editor.put(("languages",), list(languages))
+        editor.redraw()
 
-        languages = ui.select(
+    with kit.card("Title and consent", classes=STACK):
+        draw_choice(
+            editor,
+            ("languages",),
+            "Languages",
             names,
-            label="Languages",
+            choose,
             multiple=True,
             with_input=True,
             new_value_mode="add-unique",
             key_generator=str,
             value=editor.draft.languages,
-            on_change=report_errors(choose),
-        )
-        editor.faults.register(("languages",), languages.props("dense use-chips").classes("w-full"))
-        hint(
+        ).props("use-chips")
+        kit.hint(
             "Each text is needed in each language. For a language that is not listed, type its tag, such as nl. The "
             "texts of a removed language stay in the file."
         )
@@ -70,8 +72,7 @@ def about(editor: Editor) -> None:
 def trials(editor: Editor) -> None:
     """Draw the settings of the design, and the order of its trials."""
     design = design_of(editor)
-    with ui.element("section").classes("card w-full stack"):
-        heading(f"Trials: {design.title}")
+    with kit.card(f"Trials: {design.title}", classes=STACK):
         ui.label(design.question_text)
         draw_fields(editor, fields_of(design, ("design",), skip=SPECIAL))
         if "standard" in design.model_fields:
@@ -84,18 +85,10 @@ def trials(editor: Editor) -> None:
 def _standard(editor: Editor, design: type[Design]) -> None:
     [field] = fields_of(design, ("design",), only=("standard",))
     value = editor.draft.get(field.place, "")
-    names = dict.fromkeys([value, "", *stimulus_names(editor.draft)])
-
-    def change(event: Any) -> None:
-        editor.draft.set(field.place, event.value or None)
-        editor.changed()
-
-    options = {name: name or "none" for name in names}
-    select = (
-        ui.select(options, label=field.label, value=value, on_change=change).props("dense").classes("w-full")
-    )
-    editor.faults.register(field.place, select)
-    hint(field.help)
+    options = {name: name or "none" for name in (value, "", *stimulus_names(editor.draft))}
+    change = partial(editor.put, field.place)
+    draw_choice(editor, field.place, field.label, options, lambda name: change(name or None), value=value)
+    kit.hint(field.help)
 
 
 def _pairs(editor: Editor, design: type[Design], redraw: Redraw) -> None:
@@ -103,28 +96,22 @@ def _pairs(editor: Editor, design: type[Design], redraw: Redraw) -> None:
     names = stimulus_names(editor.draft)
     pairs = editor.draft.get(place, [])
 
-    def change(number: int, which: int, name: str) -> None:
-        editor.draft.set((*place, number, which), name)
-        editor.changed()
-
     def resize(changed: list[list[str]]) -> None:
-        editor.draft.set(place, changed or None)
-        editor.changed()
+        editor.put(place, changed or None)
         redraw()
 
     ui.label("Pairs").classes("font-bold")
-    hint(help_of(design, "pairs"))
+    kit.hint(help_of(design, "pairs"))
     for number, pair in enumerate(pairs):
         with ui.row().classes("w-full items-center"):
             for which, label in enumerate(("First", "Second")):
-                ui.select(
-                    list(dict.fromkeys((*pair, *names))),
-                    label=f"{label} of pair {number + 1}",
-                    value=pair[which],
-                    on_change=lambda e, number=number, which=which: change(number, which, e.value),
-                ).props("dense").classes("w-64")
-            rest = [*pairs[:number], *pairs[number + 1 :]]
-            icon_button("delete", f"Remove pair {number + 1}", partial(resize, rest))
+                at = (*place, number, which)
+                title = f"{label} of pair {number + 1}"
+                select = draw_choice(
+                    editor, at, title, (*pair, *names), partial(editor.put, at), value=pair[which]
+                )
+                select.classes("w-64", remove="w-full")
+            kit.icon_button("delete", f"Remove pair {number + 1}", partial(resize, without(pairs, number)))
     if len(names) > 1:
         ui.button("Add a pair", on_click=lambda: resize([*pairs, names[:2]])).props("outline dense")
 
@@ -142,72 +129,52 @@ def words(editor: Editor, redraw: Redraw) -> None:
     defaults: Any = design.model_construct(word_texts={})
 
     def resize(changed: list[str]) -> None:
-        draft.set(place, changed)
         texts = draft.get(("design", "word_texts"), {})
         for word in [word for word in texts if word not in changed]:
             del texts[word]
-        editor.changed()
+        editor.put(place, changed)
         redraw()
 
-    def add() -> None:
-        word = (new.value or "").strip()
-        if word and word not in known:
-            resize([*known, word])
-
-    with ui.element("section").classes("card w-full stack"):
-        heading("Words")
+    with kit.card("Words", classes=STACK):
         for number, word in enumerate(known):
             with ui.element("div").classes("entry w-full"):
                 default = defaults.word_text(word).model_dump(mode="json")
                 draw_texts(editor, ("design", "word_texts", word), word, default=default)
-                rest = [*known[:number], *known[number + 1 :]]
-                icon_button("delete", f"Remove the word {word}", partial(resize, rest))
-        with ui.row().classes("items-end"):
-            new = ui.input("Another word, as in the tables of answers").props("dense").classes("w-72")
-            editor.faults.register(place, new)
-            ui.button("Add the word", on_click=report_errors(add)).props("outline dense")
+                kit.icon_button("delete", f"Remove the word {word}", partial(resize, without(known, number)))
+        new_name(
+            editor,
+            place,
+            "Another word, as in the tables of answers",
+            "Add the word",
+            lambda word: resize(known if word in known else [*known, word]),
+        )
 
 
 def playing(editor: Editor) -> None:
     """Draw the display and the level."""
     display, played_by = fields_of(Study, only=("display", "played_by"))
     value = editor.draft.get(("display",), display.default)
-    with ui.element("section").classes("card w-full stack"):
-        heading("Display and level")
+    with kit.card("Display and level", classes=STACK):
         draw_field(editor, played_by)
-
-        def change(event: Any) -> None:
-            editor.draft.set(("display",), event.value)
-            editor.changed()
-
-        options = list(dict.fromkeys((*shipped(), value)))
-        select = ui.select(options, label=display.label, value=value, on_change=change).props("dense")
-        editor.faults.register(("display",), select.classes("w-full"))
+        put = partial(editor.put, ("display",))
+        draw_choice(editor, ("display",), display.label, (*shipped(), value), put, value=value)
         part(partial(_level, editor))
 
 
 def _level(editor: Editor, redraw: Redraw) -> None:
-    text = str(editor.draft.get(("level",), "physical"))
-    kind, _, number = text.partition("=")
+    place = ("level",)
+    kind, _, number = str(editor.draft.get(place, "physical")).partition("=")
 
-    def change(kind: str, number: float | None) -> None:
-        editor.draft.set(("level",), level_text(kind, number))
-        editor.changed()
-
-    def choose(event: Any) -> None:
-        change(event.value, LEVEL_VALUES.get(event.value, ("", None))[1])
+    def choose(kind: str) -> None:
+        editor.put(place, level_text(kind, LEVEL_VALUES.get(kind, ("", None))[1]))
         redraw()
 
-    options = list(dict.fromkeys((*LEVELS, kind)))
-    select = ui.select(options, label="Level", value=kind, on_change=choose).props("dense").classes("w-full")
-    editor.faults.register(("level",), select)
-    hint(LEVELS.get(kind, ""))
+    draw_choice(editor, place, "Level", (*LEVELS, kind), choose, value=kind)
+    kit.hint(LEVELS.get(kind, ""))
     if kind in LEVEL_VALUES:
         value = float(number) if number else None
-        field = NumberField(
-            LEVEL_VALUES[kind][0], value=value, format="%.10g", on_change=lambda e: change(kind, e.value)
-        )
-        field.props("dense debounce=300")
+        field = kit.NumberField(LEVEL_VALUES[kind][0], value=value, format="%.10g").props(TYPED)
+        field.on_value_change(lambda event: editor.put(place, level_text(kind, event.value)))
 
 
 def practice(editor: Editor, redraw: Redraw) -> None:
@@ -216,31 +183,25 @@ def practice(editor: Editor, redraw: Redraw) -> None:
     right = design_of(editor).has_right_answers
 
     def switch(event: Any) -> None:
-        draft.set(place, {"trials": 2, **({"feedback": True} if right else {})} if event.value else None)
-        editor.changed()
+        editor.put(place, {"trials": 2, **({"feedback": True} if right else {})} if event.value else None)
         redraw()
 
-    ui.switch("Practice before the trials", value=bool(draft.get(place)), on_change=report_errors(switch))
+    ui.switch("Practice before the trials", value=bool(draft.get(place)), on_change=switch)
     if not draft.get(place):
         return
     fields = ("trials", *(("feedback",) if right else ()))
     draw_fields(editor, fields_of(Practice, place, only=fields))
-
-    def choose(event: Any) -> None:
-        draft.set(("practice", "stimuli"), list(event.value) or None)
-        editor.changed()
-
     chosen = draft.get(("practice", "stimuli"), [])
-    names = list(dict.fromkeys((*stimulus_names(draft), *chosen)))
-    select = ui.select(
-        names,
-        label="Stimuli of the study in the practice",
+    draw_choice(
+        editor,
+        ("practice", "stimuli"),
+        "Stimuli of the study in the practice",
+        (*stimulus_names(draft), *chosen),
+        lambda names: editor.put(("practice", "stimuli"), list(names) or None),
         multiple=True,
         value=list(chosen),
-        on_change=choose,
-    )
-    editor.faults.register(("practice", "stimuli"), select.props("dense use-chips").classes("w-full"))
-    hint(help_of(Practice, "stimuli"))
+    ).props("use-chips")
+    kit.hint(help_of(Practice, "stimuli"))
     ui.label("Stimuli of the practice only").classes("font-bold")
     part(partial(listed_stimuli, editor, ("practice", "own")))
     texts = ("text", *(("right", "wrong") if right else ()), "ended")
@@ -249,7 +210,7 @@ def practice(editor: Editor, redraw: Redraw) -> None:
 
 def analysis(editor: Editor, redraw: Redraw) -> None:
     """Draw the margins of equivalence."""
-    hint("Decided before anybody answers. Without a margin nothing can be shown to be equivalent.")
+    kit.hint("Decided before anybody answers. Without a margin nothing can be shown to be equivalent.")
     for name, scale in design_of(editor).margins.items():
         _margin(editor, name, scale.unit)
     draw_fields(editor, fields_of(PlannedAnalysis, ("analysis",), only=("alpha",)))
@@ -260,8 +221,8 @@ def _margin(editor: Editor, name: str, unit: str) -> None:
     given = editor.draft.get(place, {})
     values = dict(given) if isinstance(given, dict) else {"value": given}
 
-    def change(key: str, entry: Any) -> None:
-        values[key] = entry
+    def change(key: str, event: Any) -> None:
+        values[key] = event.value
         kept = {key: one for key, one in values.items() if one not in (None, "")}
         editor.draft.set(place, kept if "value" in kept else None)
         for table in (place[:2], place[:1]):
@@ -270,14 +231,8 @@ def _margin(editor: Editor, name: str, unit: str) -> None:
         editor.changed()
 
     with ui.row().classes("w-full items-start no-wrap"):
-        number = NumberField(
-            f"Margin of {name}, {unit}", value=values.get("value"), format="%.10g",
-            on_change=lambda e: change("value", e.value),
-        ).props("dense debounce=300").classes("w-64")  # fmt: skip
+        number = kit.NumberField(f"Margin of {name}, {unit}", value=values.get("value"), format="%.10g")
+        number.on_value_change(partial(change, "value")).props(TYPED).classes("w-64")
         editor.faults.register(place, number)
-        why = ui.input(
-            "Because", value=values.get("because", ""), on_change=lambda e: change("because", e.value)
-        )
-        why.props(f'dense debounce=300 aria-label="{attribute(f"Reason for the margin of {name}")}"').classes(
-            "grow"
-        )
+        why = ui.input("Because", value=values.get("because", "")).on_value_change(partial(change, "because"))
+        why.props(f'{TYPED} aria-label="{kit.attribute(f"Reason for the margin of {name}")}"').classes("grow")

@@ -71,10 +71,6 @@ class StudyDraft:
         else:
             del table[place[-1]]
 
-    def append(self, place: Place, value: Any) -> None:
-        """Add a value to a list, which may not exist yet."""
-        self.set(place, [*self.get(place, ()), value])
-
     @property
     def languages(self) -> list[str]:
         """Languages of the study."""

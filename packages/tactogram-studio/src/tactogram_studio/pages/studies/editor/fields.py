@@ -1,11 +1,11 @@
-"""Fields of the editor's forms, derived from the study's models: label, help, widget and default."""
+"""Fields of the editor's forms, derived from the study's models: label, help, widget, default and choices."""
 
 from __future__ import annotations
 
 import math
 import re
 import types
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, Union, get_args, get_origin
 
@@ -13,8 +13,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from tactogram_studio.pages.studies.editor.draft import Place
-from tactogram_studio.pages.studies.editor.labels import choices_of, label_of
-from tactogram_study.designs import designs
+from tactogram_study.designs import Design, designs
 from tactogram_study.practice import Practice
 from tactogram_study.wording import Wording
 
@@ -26,6 +25,73 @@ SIMPLE: Mapping[Any, Widget] = {
     float: "number",
     str: "line",
 }
+
+LABELS: Mapping[str, str] = {
+    "title": "Title",
+    "source": "Publication that is reproduced",
+    "consent": "Consent text",
+    "seed": "Seed",
+    "order": "Order of the trials",
+    "rest_every": "Offer a rest after this many trials (0: never)",
+    "display": "Display",
+    "played_by": "Played by",
+    "level": "Level",
+    "alpha": "Alpha",
+    "instructions": "Text above each trial",
+    "speed_mm_s": "Speed of the finger, mm/s",
+    "low": "Lowest value",
+    "high": "Highest value",
+    "low_text": "Text at the lower end",
+    "high_text": "Text at the upper end",
+    "id": "Name in the tables of answers",
+    "kind": "Kind of answer",
+    "text": "Text",
+    "required": "Must be answered",
+    "trials": "Trials of practice",
+    "feedback": "Show after each answer whether it was right",
+    "right": "After a right answer",
+    "wrong": "After a wrong answer",
+    "ended": "At the end of the practice",
+    "name": "Name",
+    "item": "Item",
+    "condition": "Condition",
+    "seconds": "Length, s",
+    "material": "Material",
+    "autoregressive": "Replace it by a signal from an autoregressive model of it",
+    "reconstructed": "Convert it to a spectrogram and back",
+    "axes": "Axes",
+    "count": "Number of items",
+}
+"""By the setting's key; other keys are shown with spaces."""
+CHOICES: Mapping[str, Mapping[str, str]] = {
+    "order": {
+        "random": "all trials in one random order",
+        "blocks": "each repeat in its own random order",
+        "latin": "Latin square over participants",
+        "williams": "Williams design over participants",
+        "as-listed": "as listed",
+    },
+    "played_by": {
+        "browser": "the participant's browser, as sound",
+        "server": "a display at this machine",
+        "stream": "a display at this machine, following the finger",
+    },
+    "kind": {
+        "choice": "one of several options",
+        "steps": "a scale of steps",
+        "vas": "a line without marks",
+        "number": "a number",
+        "text": "free text",
+    },
+    "given": {
+        "speed_mm_s": "Given the speed, mm/s",
+        "force_n": "Given the force, N",
+        "vibration_speed_mm_s": "Speed of the recording, mm/s",
+        "vibration_force_n": "Force of the recording, N",
+    },
+    "reconstructed": {"griffin_lim": "phase by Griffin-Lim", "phase_gradient": "phase by its gradient"},
+}
+"""By the setting's key and the value."""
 
 
 @dataclass(frozen=True)
@@ -108,3 +174,18 @@ def _default(info: FieldInfo) -> Any:
     if isinstance(value, float) and math.isnan(value):
         return None
     return list(value) if isinstance(value, tuple) else value
+
+
+def label_of(model: type[BaseModel], key: str) -> str:
+    """Return a setting's label: that of its design, if it has one."""
+    return _own(model).get(key) or LABELS.get(key) or key.replace("_", " ").capitalize()
+
+
+def choices_of(model: type[BaseModel], key: str, values: Sequence[str]) -> dict[str, str]:
+    """Return the titles of a setting's choices by value."""
+    own, titles = _own(model), CHOICES.get(key, {})
+    return {value: own.get(f"{key}.{value}") or titles.get(value, value) for value in values}
+
+
+def _own(model: type[BaseModel]) -> Mapping[str, str]:
+    return model.labels if issubclass(model, Design) else {}

@@ -15,11 +15,11 @@ from starlette.responses import PlainTextResponse, RedirectResponse, Response
 
 from tactogram.errors import DataError, TactogramError
 from tactogram.validation import Fault
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import in_background, page, report_errors, route
 from tactogram_studio.pages.studies.editor import cards
 from tactogram_studio.pages.studies.editor.check import DraftCheck, check_draft
-from tactogram_studio.pages.studies.editor.draft import StudyDraft
+from tactogram_studio.pages.studies.editor.draft import Place, StudyDraft
 from tactogram_studio.pages.studies.editor.questions_view import questions
 from tactogram_studio.pages.studies.editor.side import SideCard
 from tactogram_studio.pages.studies.editor.stimuli_view import stimuli
@@ -36,9 +36,9 @@ def add(studio: Studio) -> None:
     """Register the page and the way to its previews."""
     editors: WeakValueDictionary[str, StudyEditor] = WeakValueDictionary()
 
-    @route("/studies/edit")
+    @kit.route("/studies/edit")
     async def show(study: str = "") -> None:
-        with page("Studies"):
+        with kit.page("Studies"):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.link("All studies", "/studies")
             try:
@@ -49,7 +49,7 @@ def add(studio: Studio) -> None:
                     )
                 editor = StudyEditor(studio, path)
             except TactogramError as error:
-                ui.label(str(error)).classes("text-negative").props('role="alert"')
+                kit.alert(str(error))
                 return
             editors[editor.key] = editor
             editor.draw()
@@ -80,12 +80,11 @@ class StudyEditor:
 
     def draw(self) -> None:
         """Draw the page."""
-        self.dialogs = ui.element("div")
         with ui.element("div").classes("editing"):
             with ui.element("aside").props('aria-label="State of the study"').classes("side"):
                 self.side = SideCard(self)
-            with ui.column().classes("w-full gap-4 items-stretch"):
-                self.form = ui.column().classes("w-full gap-4 items-stretch")
+            with kit.column():
+                self.form = kit.column()
                 self.redraw()
         self._check()
 
@@ -106,8 +105,13 @@ class StudyEditor:
                 ("Analysis", partial(cards.analysis, self)),
                 ("The file (TOML)", self._file),
             ):
-                with ui.element("section").classes("card w-full"), ui.expansion(title).classes("w-full"):
+                with kit.card(), ui.expansion(title).classes("w-full"):
                     part(draw)
+
+    def put(self, place: Place, value: Any) -> None:
+        """Change the draft at a place, where None removes, and check it."""
+        self.draft.set(place, value)
+        self.changed()
 
     def changed(self) -> None:
         """Keep the draft and check it."""
@@ -137,7 +141,7 @@ class StudyEditor:
                 return
             snapshot = copy.deepcopy(self.draft)
             try:
-                found = await in_background(check_draft, snapshot)
+                found = await kit.in_background(check_draft, snapshot)
                 changed, overtaken = snapshot.changed, snapshot.overtaken
             except TactogramError as error:  # the file is gone, or a text editor broke it
                 found, changed, overtaken = DraftCheck((Fault((), str(error)),)), True, True
@@ -149,4 +153,4 @@ class StudyEditor:
         ui.label("What is saved; to be changed with the form above.").classes("small quiet")
         with ui.element("div").classes("power").props(SCROLLED):
             ui.element("pre")._text = self.draft.toml
-        ui.button("Show it as it is now", on_click=report_errors(redraw)).props("outline dense")
+        ui.button("Show it as it is now", on_click=redraw).props("outline dense")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Literal
 
 from nicegui import ui
 
-from tactogram_studio.layout import hint, report_errors
+from tactogram_studio import kit
 from tactogram_studio.pages.studies.editor.draft import Place
 from tactogram_studio.pages.studies.editor.fields import fields_of, help_of
 from tactogram_studio.pages.studies.editor.widgets import (
+    TYPED,
     Editor,
+    Redraw,
     draw_entry,
     draw_field,
     draw_fields,
@@ -25,9 +26,9 @@ ENDS = ("low", "high", "low_text", "high_text")
 """Settings of scales."""
 
 
-def questions(editor: Editor, when: Literal["before", "after"], redraw: Callable[[], None]) -> None:
+def questions(editor: Editor, when: Literal["before", "after"], redraw: Redraw) -> None:
     """Draw the questions before or after the trials."""
-    hint(help_of(Study, when))
+    kit.hint(help_of(Study, when))
     listed = editor.draft.get((when,), [])
     for number, question in enumerate(listed):
         place = (when, number)
@@ -38,14 +39,14 @@ def questions(editor: Editor, when: Literal["before", "after"], redraw: Callable
         ids = {one.get("id") for one in listed}
         name = next(f"question{n}" for n in range(1, 1000) if f"question{n}" not in ids)
         texts = dict.fromkeys(editor.draft.languages, "?")
-        editor.draft.append((when,), {"id": name, "kind": "steps", "low": 1, "high": 7, "text": texts})
-        editor.changed()
+        question = {"id": name, "kind": "steps", "low": 1, "high": 7, "text": texts}
+        editor.put((when,), [*listed, question])
         redraw()
 
-    ui.button("Add a question", on_click=report_errors(add)).props("outline dense")
+    ui.button("Add a question", on_click=add).props("outline dense")
 
 
-def _question(editor: Editor, place: Place, question: dict[str, Any], redraw: Callable[[], None]) -> None:
+def _question(editor: Editor, place: Place, question: dict[str, Any], redraw: Redraw) -> None:
     kind, text, name, required = fields_of(Question, place, only=("kind", "text", "id", "required"))
     draw_field(editor, text)
 
@@ -55,11 +56,10 @@ def _question(editor: Editor, place: Place, question: dict[str, Any], redraw: Ca
             kept["options"] = [{"value": "yes"}, {"value": "no"}]
         elif chosen in ("steps", "vas"):
             kept |= {"low": question.get("low", 1), "high": question.get("high", 7)}
-        editor.draft.set(place, {**kept, "kind": chosen})
-        editor.changed()
+        editor.put(place, {**kept, "kind": chosen})
         redraw()
 
-    draw_entry(editor, kind, question.get("kind"), report_errors(change))
+    draw_entry(editor, kind, question.get("kind"), change)
     if question.get("kind") == "choice":
         _options(editor, (*place, "options"), redraw)
     elif question.get("kind") in ("steps", "vas"):
@@ -70,28 +70,20 @@ def _question(editor: Editor, place: Place, question: dict[str, Any], redraw: Ca
     draw_field(editor, required)
 
 
-def _options(editor: Editor, place: Place, redraw: Callable[[], None]) -> None:
-    for number, option in enumerate(editor.draft.get(place, [])):
-        with row_of_list(editor, (*place, number), f"option {number + 1}", redraw):
+def _options(editor: Editor, place: Place, redraw: Redraw) -> None:
+    options = editor.draft.get(place, [])
+    for number, option in enumerate(options):
+        at = (*place, number)
+        with row_of_list(editor, at, f"option {number + 1}", redraw):
             value = str(option.get("value", ""))
-            change = _option_change(editor, (*place, number))
-            entry = ui.input(f"Option {number + 1} in the tables", value=value, on_change=change)
-            editor.faults.register((*place, number), entry.props("dense debounce=300"))
+            entry = ui.input(f"Option {number + 1} in the tables", value=value).props(TYPED)
+            entry.on_value_change(lambda event, at=at: editor.put((*at, "value"), event.value or ""))
+            editor.faults.register(at, entry)
             default = dict.fromkeys(editor.draft.languages, value)
-            draw_texts(editor, (*place, number, "text"), f"Option {number + 1}", default=default)
+            draw_texts(editor, (*at, "text"), f"Option {number + 1}", default=default)
 
     def add() -> None:
-        options = editor.draft.get(place, [])
-        editor.draft.append(place, {"value": f"option{len(options) + 1}"})
-        editor.changed()
+        editor.put(place, [*options, {"value": f"option{len(options) + 1}"}])
         redraw()
 
-    ui.button("Add an option", on_click=report_errors(add)).props("flat dense")
-
-
-def _option_change(editor: Editor, place: Place) -> Callable[[Any], None]:
-    def change(event: Any) -> None:
-        editor.draft.set((*place, "value"), event.value or "")
-        editor.changed()
-
-    return change
+    ui.button("Add an option", on_click=add).props("flat dense")

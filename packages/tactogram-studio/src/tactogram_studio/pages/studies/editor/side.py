@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from nicegui import ui
 
-from tactogram_studio.layout import busy, confirm, heading, hint, in_background, report_errors
-from tactogram_studio.pages.studies.begin import begin_dialog
+from tactogram_studio import kit
 from tactogram_studio.pages.studies.editor.check import DraftCheck, check_draft
+from tactogram_studio.pages.studies.panels import begin_dialog
 from tactogram_study.workflows.stimuli import limited_lines
 
 if TYPE_CHECKING:
@@ -23,24 +23,23 @@ class SideCard:
 
     def __init__(self, editor: StudyEditor) -> None:
         self.editor = editor
-        with ui.element("section").classes("card w-full stack"):
-            heading(editor.name)
+        with kit.card(editor.name, classes="w-full stack"):
             self.state = ui.label("Checking …").classes("font-bold").props('role="status"')
             self.faults = ui.element("ul").classes("faults")
             self.size = ui.label()
             self.preview = ui.link("Preview a trial", f"/studies/preview/{editor.key}", new_tab=True)
-            hint("The participants' page with this form's content, in a new tab. Nothing is stored.")
-            button = ui.button("Make and render every stimulus", on_click=report_errors(self._render))
+            kit.hint("The participants' page with this form's content, in a new tab. Nothing is stored.")
+            button = ui.button("Make and render every stimulus", on_click=self._render)
             self.render = button.props("outline dense")
             ui.separator()
             self.kept = ui.label().classes("small quiet").props('role="status"')
-            self.comments = hint("Saving from this page removes the comments and the layout of the file.")
+            self.comments = kit.hint("Saving from this page removes the comments and the layout of the file.")
             self.comments.set_visibility(editor.draft.has_comments)
             with ui.row().classes("gap-2"):
-                self.save = ui.button("Save", on_click=report_errors(self._save))
-                self.discard = ui.button("Discard changes", on_click=report_errors(self._discard))
+                self.save = ui.button("Save", on_click=self._save)
+                self.discard = ui.button("Discard changes", on_click=self._discard)
                 self.discard.props("outline")
-            self.begin = ui.button("Begin a session", on_click=report_errors(self._begin)).props("outline")
+            self.begin = ui.button("Begin a session", on_click=self._begin).props("outline")
 
     def show(self, check: DraftCheck, *, changed: bool, overtaken: bool) -> None:
         """Show the result of a check, and whether the draft differs from the file."""
@@ -72,7 +71,7 @@ class SideCard:
 
     async def _save(self) -> bool:
         draft = self.editor.draft
-        if draft.overtaken and not await confirm(
+        if draft.overtaken and not await kit.confirm(
             "The file was changed elsewhere since you opened it. Replace it by the content of this page?",
             "Replace it",
         ):
@@ -83,19 +82,18 @@ class SideCard:
         return True
 
     async def _discard(self) -> None:
-        if await confirm("Discard all changes since the last save?", "Discard them"):
+        if await kit.confirm("Discard all changes since the last save?", "Discard them"):
             self.editor.revert()
 
     async def _begin(self) -> None:
         draft = self.editor.draft
         if draft.changed and not await self._save():
             return
-        with self.editor.dialogs:
-            begin_dialog(self.editor.studio, draft.path, title=self.editor.name, name=draft.values["name"])
+        begin_dialog(self.editor.studio, draft.path, title=self.editor.name, name=draft.values["name"])
 
     async def _render(self) -> None:
-        with busy("making and rendering every stimulus", button=self.render):
-            found = await in_background(check_draft, self.editor.draft, stimuli=True)
+        with kit.busy("making and rendering every stimulus", button=self.render):
+            found = await kit.in_background(check_draft, self.editor.draft, stimuli=True)
         if found.facts is None:
             self.editor.faults.show(found.faults)
             self.show(found, changed=self.editor.draft.changed, overtaken=False)

@@ -13,15 +13,17 @@ from nicegui import ui
 from nicegui.elements.mixins.validation_element import ValidationElement
 
 from tactogram.validation import Fault
+from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.layout import NumberField, attribute, hint, report_errors
 from tactogram_studio.pages.studies.editor.draft import Place, StudyDraft
 from tactogram_studio.pages.studies.editor.fields import StudyField
 from tactogram_study.wording import own_name
 
-DEBOUNCE_MS = 300
+TYPED = "dense debounce=300"
+"""Of fields that are typed into: a change is checked after a pause, in ms."""
 LONG = ("consent", "instructions", "reference")
 """Texts of several lines."""
+Redraw = Callable[[], None]
 
 
 class Editor(Protocol):
@@ -30,8 +32,9 @@ class Editor(Protocol):
     studio: Studio
     draft: StudyDraft
     faults: FaultMarks
-    dialogs: ui.element
-    """Where dialogs are drawn: it stays when a part of the form is drawn anew."""
+
+    def put(self, place: Place, value: Any) -> None:
+        """Change the draft at a place, where None removes, and check it."""
 
     def changed(self) -> None:
         """Keep the draft and check it."""
@@ -64,9 +67,9 @@ class FaultMarks:
                 widget.error = sentence
 
 
-def part(draw: Callable[[Callable[[], None]], None]) -> None:
+def part(draw: Callable[[Redraw], None]) -> None:
     """Draw a part of the page that can be drawn anew; ``draw`` gets the function that does it."""
-    box = ui.column().classes("w-full gap-2 items-stretch")
+    box = kit.column(gap=2)
 
     def redraw() -> None:
         box.clear()
@@ -92,85 +95,72 @@ def draw_field(editor: Editor, field: StudyField) -> None:
     if field.widget == "texts":
         draw_texts(editor, field.place, field.label, default=field.default, help=field.help)
         return
-    value = editor.draft.get(field.place, field.default)
 
     def change(entry: Any) -> None:
         # A default is not written: the file holds what differs.
-        editor.draft.set(field.place, None if entry == field.default else entry)
-        editor.changed()
+        editor.put(field.place, None if entry == field.default else entry)
 
-    with ui.column().classes("w-full gap-0 items-stretch"):
-        draw_entry(editor, field, value, change)
+    with kit.column(gap=0):
+        draw_entry(editor, field, editor.draft.get(field.place, field.default), change)
         if field.help:
-            hint(field.help)
+            kit.hint(field.help)
 
 
 def draw_entry(editor: Editor, field: StudyField, value: Any, change: Callable[[Any], None]) -> None:
     """Draw the widget of a field, which calls ``change`` with its entry."""
-    if field.widget == "switch":
-        ui.switch(field.label, value=bool(value), on_change=lambda e: change(e.value))
-        return
-    if field.widget == "choice":
-        options = ({} if value in field.choices else {value: "none" if value is None else str(value)}) | dict(
-            field.choices
-        )
-        widget: Any = ui.select(options, label=field.label, value=value, on_change=lambda e: change(e.value))
-    elif field.widget in ("integer", "number"):
-        whole = field.widget == "integer"
-        widget = NumberField(
-            field.label,
-            value=value,
-            on_change=lambda e: change(_number(e.value, whole=whole)),
-            format="%.10g",
-        )
-    elif field.widget == "numbers":
-        text = ", ".join(f"{number:g}" for number in value or ())
-        widget = ui.input(field.label, value=text, on_change=lambda e: change(_numbers(e.value)))
-    else:
-        widget = ui.input(field.label, value=value or "", on_change=lambda e: change(e.value or None))
-    widget.props(f"dense debounce={DEBOUNCE_MS}" if field.widget != "choice" else "dense options-dense")
-    editor.faults.register(field.place, widget)
+    if field.widget == "numbers":
+        value = ", ".join(f"{number:g}" for number in value or ())
+    widget = kit.declared_field(field, field.label, value, lambda entry: change(_entry(field, entry)))
+    if field.widget != "switch":
+        editor.faults.register(field.place, widget)
 
 
-def draw_texts(
-    editor: Editor, place: Place, label: str, *, default: Any = None, help: str = "", long: bool | None = None
-) -> None:
+def draw_choice(
+    editor: Editor,
+    place: Place,
+    label: str,
+    options: Sequence[str] | Mapping[str, str],
+    change: Callable[[Any], Any],
+    **more: Any,
+) -> ui.select:
+    """Draw a choice that shows the faults at its place and calls ``change`` with its entry."""
+    shown = dict(options) if isinstance(options, Mapping) else list(dict.fromkeys(options))
+    select = ui.select(shown, label=label, on_change=lambda event: change(event.value), **more)
+    editor.faults.register(place, select.props("dense options-dense").classes("w-full"))
+    return select
+
+
+def draw_texts(editor: Editor, place: Place, label: str, *, default: Any = None, help: str = "") -> None:
     """Draw a text in each of the study's languages, side by side."""
-    languages = editor.draft.languages
-    long = place[-1] in LONG if long is None else long
-    with ui.column().classes("w-full gap-0 items-stretch"):
+    with kit.column(gap=0):
         with ui.element("div").classes("texts w-full"):
-            for language in languages:
-                _text(editor, place, label, language, default, long)
+            for language in editor.draft.languages:
+                _text(editor, place, label, language, default)
         if help:
-            hint(help)
+            kit.hint(help)
 
 
-def _text(editor: Editor, place: Place, label: str, language: str, default: Any, long: bool) -> None:
+def _text(editor: Editor, place: Place, label: str, language: str, default: Any) -> None:
     title = f"{label} ({own_name(language)})" if len(editor.draft.languages) > 1 else label
+    long = place[-1] in LONG
 
     def change(event: Any) -> None:
         editor.draft.set_text(place, language, event.value or "", default)
         editor.changed()
 
     value = editor.draft.text(place, language, default)
-    kind = ui.textarea if long else ui.input
-    widget = kind(title, value=value, on_change=change)
-    widget.props(f"dense debounce={DEBOUNCE_MS} lang={language}{' autogrow' if long else ''}")
+    widget = (ui.textarea if long else ui.input)(title, value=value, on_change=change)
+    widget.props(f"{TYPED} lang={language}{' autogrow' if long else ''}")
     editor.faults.register((*place, language), widget)
 
 
 def draw_table(editor: Editor, place: Place, label: str) -> ui.textarea:
     """Draw a table as lines of the study's file, and return the widget."""
-
-    def change(event: Any) -> None:
-        editor.draft.set(place, table_of(event.value or "") or None)
-        editor.changed()
-
     value = editor.draft.get(place, {})
     text = value if isinstance(value, str) else "\n".join(lines_of(value))
-    area = ui.textarea(label, value=text, on_change=change).props(f"dense autogrow debounce={DEBOUNCE_MS}")
-    editor.faults.register(place, area.classes("w-full"))
+    area = ui.textarea(label, value=text)
+    area.on_value_change(lambda event: editor.put(place, table_of(event.value or "") or None))
+    editor.faults.register(place, area.props(f"{TYPED} autogrow").classes("w-full"))
     return area
 
 
@@ -196,7 +186,7 @@ def table_of(text: str) -> dict[str, Any] | str:
 
 
 @contextmanager
-def row_of_list(editor: Editor, place: Place, name: str, redraw: Callable[[], Any]) -> Iterator[None]:
+def row_of_list(editor: Editor, place: Place, name: str, redraw: Redraw) -> Iterator[None]:
     """Draw an entry of a list with buttons that move or remove it; ``name`` says which it is."""
     *_, number = place
     entries = editor.draft.get(place[:-1])
@@ -208,8 +198,7 @@ def row_of_list(editor: Editor, place: Place, name: str, redraw: Callable[[], An
         redraw()
 
     def remove() -> None:
-        editor.draft.set(place, None)
-        editor.changed()
+        editor.put(place, None)
         redraw()
 
     with ui.element("div").classes("entry w-full"):
@@ -217,26 +206,37 @@ def row_of_list(editor: Editor, place: Place, name: str, redraw: Callable[[], An
             yield
         with ui.row().classes("gap-0 no-wrap"):
             if int(number) > 0:
-                icon_button("arrow_upward", f"Move {name} up", lambda: move(-1))
+                kit.icon_button("arrow_upward", f"Move {name} up", lambda: move(-1))
             if int(number) < len(entries) - 1:
-                icon_button("arrow_downward", f"Move {name} down", lambda: move(1))
-            icon_button("delete", f"Remove {name}", remove)
+                kit.icon_button("arrow_downward", f"Move {name} down", lambda: move(1))
+            kit.icon_button("delete", f"Remove {name}", remove)
 
 
-def icon_button(icon: str, name: str, press: Callable[[], Any]) -> ui.button:
-    """Draw a button with an icon alone and its name for screen readers."""
-    button = ui.button(icon=icon, on_click=report_errors(press)).props("flat round dense")
-    return button.props(f'aria-label="{attribute(name)}" title="{attribute(name)}"')
+def new_name(editor: Editor, place: Place, label: str, button: str, add: Callable[[str], None]) -> None:
+    """Draw a field for a name that is not in a list yet, and the button that adds it."""
+
+    def press() -> None:
+        if (name := (field.value or "").strip()) and name not in editor.draft.get(place, ()):
+            add(name)
+
+    with ui.row().classes("items-end"):
+        field = ui.input(label).props("dense").classes("w-72")
+        editor.faults.register(place, field)
+        ui.button(button, on_click=press).props("outline dense")
 
 
-def _number(entry: float | None, *, whole: bool) -> float | int | None:
-    """Return a number as the file holds it: a fraction stays one, and the check refuses it."""
-    return int(entry) if entry is not None and whole and float(entry).is_integer() else entry
+def without(entries: Sequence[Any], number: int) -> list[Any]:
+    """Return a list without one of its entries."""
+    return [*entries[:number], *entries[number + 1 :]]
 
 
-def _numbers(text: str | None) -> list[float] | str:
-    """Return the numbers of a field between commas; the text itself if it has others, and the check refuses it."""
-    try:
-        return [float(part) for part in (text or "").split(",") if part.strip()]
-    except ValueError:
-        return text or ""
+def _entry(field: StudyField, entry: Any) -> Any:
+    """Return a widget's entry as the file holds it: what is no number stays as it is, and the check refuses it."""
+    if field.widget == "integer":
+        return int(entry) if entry is not None and float(entry).is_integer() else entry
+    if field.widget == "numbers":
+        try:
+            return [float(part) for part in (entry or "").split(",") if part.strip()]
+        except ValueError:
+            return entry
+    return entry or None if field.widget == "line" else entry

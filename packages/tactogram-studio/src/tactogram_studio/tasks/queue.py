@@ -10,10 +10,10 @@ import json
 import os
 import re
 import secrets
-import shlex
 import shutil
 import threading
 import time
+from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
@@ -25,12 +25,14 @@ from tactogram.datasets import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import write_text
 from tactogram.workflows import is_training
-from tactogram_studio.pages.train.detached import DetachedProcess, start
-from tactogram_studio.pages.train.log import TaskProgress, last_message, progress_of, reports_stop
+from tactogram_studio.tasks.detached import DetachedProcess, start
+from tactogram_studio.tasks.log import TaskProgress, last_message, progress_of, reports_stop
+from tactogram_studio.workspace.commands import command_line
 from tactogram_studio.workspace.folder import Workspace
 
 Kind = Literal["train", "evaluate", "simulate", "import"]
 State = Literal["waiting", "running", "stopping", "stopped", "finished", "failed"]
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,79}")
 ID = re.compile(r"\d{8}-\d{6}-[0-9a-f]{6}")
 OUTPUTS = {
     "train": "model.json",
@@ -91,10 +93,14 @@ class TaskStatus:
 
 @dataclass
 class TaskQueue:
-    """The tasks of a workspace; at most ``max_running`` run at once, the others wait."""
+    """The tasks of a workspace; at most ``max_running`` run at once, the others wait.
+
+    ``readings`` are each task's progress over time, s, as pages have shown it.
+    """
 
     workspace: Workspace
     max_running: int = field(default_factory=lambda: max(1, (os.cpu_count() or 2) // 2))
+    readings: dict[str, deque[tuple[float, TaskProgress]]] = field(default_factory=dict, repr=False)
     _lock: threading.RLock = field(default_factory=threading.RLock, repr=False)
     _advancing: bool = False
 
@@ -102,6 +108,19 @@ class TaskQueue:
     def folder(self) -> Path:
         """Folder of records and logs."""
         return self.workspace.studio_folder / "trainings"
+
+    def begin_new(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> StudioTask:
+        """Start a task as by `begin`; refuse an output folder that exists."""
+        output = self.new_output(about)
+        output.parent.mkdir(parents=True, exist_ok=True)
+        return self.begin(kind, arguments, output)
+
+    def new_output(self, about: Path | str) -> Path:
+        """Return an output folder; raise `ParameterError` if it exists."""
+        output = self.workspace.inside(about)
+        if output.exists():
+            raise ParameterError(f"{about}: already exists; choose another name")
+        return output
 
     def begin(self, kind: Kind, arguments: Sequence[str], about: Path | str) -> StudioTask:
         """Start a task, or queue it; refuse a folder that another task uses, or outside the workspace."""
@@ -127,6 +146,7 @@ class TaskQueue:
             if task.kind == "train" and (self.output(task) / "recipe.toml").is_file():
                 arguments = _resume_arguments(task.about)
             self._write(replace(task, arguments=arguments, process=None, stop_asked=False))
+            self.readings.pop(identifier, None)
             self.advance()
             return self.get(identifier)
 
@@ -304,15 +324,12 @@ def _resume_arguments(run: str) -> tuple[str, ...]:
     return ("train", "--resume", run)
 
 
-def command_line(arguments: Sequence[str]) -> str:
-    """Return the shell command for ``arguments`` of ``tactogram``."""
-    return shlex.join(["tactogram", *arguments])
-
-
-def free_name(folder: Path, name: str, suffix: str = "") -> str:
-    """Return the first of ``name``, ``name-2``, ``name-3``, … (plus ``suffix``) that is unused in ``folder``."""
-    number, free = 1, name + suffix
-    while (folder / free).exists():
-        number += 1
-        free = f"{name}-{number}{suffix}"
-    return free
+def output_name(folder: str, name: str | None) -> str:
+    """Return an output folder below ``folder``, by its name; raise `ParameterError` if that is no folder name."""
+    text = (name or "").strip()
+    if not NAME.fullmatch(text):
+        raise ParameterError(
+            "Name: must be letters, digits, '.', '_' and '-', at most 80, not starting with '.' or '-', "
+            f"got {text[:100]!r}"
+        )
+    return f"{folder}/{text}"

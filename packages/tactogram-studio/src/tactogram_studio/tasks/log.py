@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import re
-import struct
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from safetensors import SafetensorError, safe_open
 
 PROGRESS = re.compile(r"(?P<task>.+): (?P<done>\d+)/(?P<total>\d+)(?: .*)?")
 MESSAGE = "tactogram: "
@@ -116,12 +117,10 @@ def thinned(points: Sequence[tuple[int, float]], most: int = 400) -> list[tuple[
 def checkpoint_position(run: Path) -> dict[str, int] | None:
     """Return ``stage`` and ``step`` of a run's checkpoint, reading only its header."""
     try:
-        with (run / "checkpoint.safetensors").open("rb") as file:
-            (length,) = struct.unpack("<Q", file.read(8))
-            head = json.loads(file.read(min(length, 50_000_000)))
-        facts: dict[str, int] = json.loads(head["__metadata__"]["tactogram"])["facts"]
+        with safe_open(run / "checkpoint.safetensors", "numpy") as file:
+            facts: dict[str, int] = json.loads(file.metadata()["tactogram"])["facts"]
         return {"stage": int(facts["stage"]), "step": int(facts["step"])}
-    except (OSError, ValueError, KeyError, TypeError, struct.error):
+    except (OSError, ValueError, KeyError, TypeError, SafetensorError):
         return None
 
 

@@ -1,4 +1,4 @@
-"""Materials of the page Make's form: a slider each, a description, and a map with a point to drag."""
+"""Mix of the page Make's form: a slider for each material, and a map with a point to drag."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ from nicegui import ui
 from numpy.typing import NDArray
 
 from tactogram.errors import TactogramError
-from tactogram_studio.layout import attribute, hint, in_background, report_errors
-from tactogram_studio.pages.make.map_view import map_html
-from tactogram_studio.pages.make.material_map import point_of, weights_at
+from tactogram_studio import kit
+from tactogram_studio.pages.make.material_map import map_html, point_of, weights_at
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage
@@ -32,7 +31,7 @@ class _Mix:
 
     def __init__(self, page: MakePage) -> None:
         self.page, self.state = page, page.state
-        self.materials = page.state.form.materials if page.state.form else ()
+        self.materials = page.state.form.materials
         self.sliders: dict[str, ui.slider] = {}
         self.shares: dict[str, ui.label] = {}
         self.places: NDArray[np.float64] | None = None
@@ -41,22 +40,24 @@ class _Mix:
     def draw(self) -> None:
         weights, materials = self.state.request.weights, self.materials
         switch = ui.switch("Weights sum to 1", value=self.state.request.to_one).props("dense")
-        switch.on_value_change(report_errors(self._set_sum))
+        switch.on_value_change(self._set_sum)
         few = len(materials) <= MOST_SLIDERS
         shown = [name for name in materials if few or weights.get(name, 0) > 0]
         with ui.element("div").classes("sliders"):
             for name in shown:
                 ui.label(name).classes("name")
                 slider = ui.slider(min=0, max=1, step=STEP, value=min(1.0, weights.get(name, 0.0)))
-                slider.on_value_change(report_errors(lambda event, name=name: self._slide(name, event.value)))
-                slider.props(f'aria-label="Weight of {attribute(name)}" data-material="{attribute(name)}"')
-                self.sliders[name] = slider.on("change", report_errors(self._finish_slide))
+                slider.on_value_change(lambda event, name=name: self._slide(name, event.value))
+                slider.props(
+                    f'aria-label="Weight of {kit.attribute(name)}" data-material="{kit.attribute(name)}"'
+                )
+                self.sliders[name] = slider.on("change", self._finish_slide)
                 self.shares[name] = ui.label("").classes("share")
         self._show_shares()
         if len(shown) < len(materials):
             names = [name for name in materials if name not in shown]
             select = ui.select(names, label=f"Add a material ({len(names)} more)", with_input=True)
-            select.on_value_change(report_errors(self._add_material))
+            select.on_value_change(self._add_material)
             select.classes("w-full").props("outlined dense options-dense")
         if len(materials) > 1:
             self._draw_map()
@@ -85,8 +86,7 @@ class _Mix:
 
     def _add_material(self, event: Any) -> None:
         if event.value:
-            self.state.set(weights={**self.state.request.weights, event.value: 0.5})
-            self.page.committed(redraw=True)
+            self.page.change(weights={**self.state.request.weights, event.value: 0.5})
 
     # -- the map -----------------------------------------------------------------------------------------
 
@@ -95,22 +95,20 @@ class _Mix:
         self.place = ui.element("div").classes("w-full map-place")
         with self.place, ui.row().classes("items-center"):
             ui.spinner(size="sm")
-            hint("Computing the map of materials.")
-        self.place.on(
-            "make-map", report_errors(self._drag), js_handler="(event) => emit(event.detail)", throttle=0.05
-        )
-        ui.timer(0.01, report_errors(self._fill_map), once=True)
+            kit.hint("Computing the map of materials.")
+        self.place.on("make-map", self._drag, js_handler="(event) => emit(event.detail)", throttle=0.05)
+        ui.timer(0.01, self._fill_map, once=True)
 
     async def _fill_map(self) -> None:
         run = self.state.run
         if run is None:
             return
         try:
-            places = await in_background(self.state.runs.places, run)
+            places = await kit.in_background(self.state.runs.places, run)
         except TactogramError as error:
             self.place.clear()
             with self.place:
-                hint(f"No map: {error}")
+                kit.hint(f"No map: {error}")
             return
         self.places = places
         if self.place.is_deleted:
@@ -119,7 +117,7 @@ class _Mix:
         with self.place:
             point = point_of(self.state.request.weights, self.materials, places)
             ui.html(map_html(self.materials, places, point), sanitize=False)
-            hint(
+            kit.hint(
                 "Materials with similar spectra are close together. Drag the point, or move it with the arrow keys, "
                 "to mix the three nearest materials."
             )
@@ -144,36 +142,3 @@ class _Mix:
             slider.value = weights.get(name, 0.0)
         self.setting = False
         self._show_shares()
-
-
-def draw_text(page: MakePage) -> None:
-    """Draw the field of a description in English."""
-    state = page.state
-
-    async def describe(text: str) -> None:
-        found = await in_background(state.runs.described, state.request, text) if text.strip() else None
-        state.set(**({"text": found.text, "weights": found.weights} if found else {"text": ""}))
-        page.committed(redraw=True)
-
-    text = ui.input("Describe it in English, and press Enter", value=state.request.text)
-    text.classes("w-full").props(
-        'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
-    )
-    text.on("keydown.enter", report_errors(lambda: describe(text.value or "")))
-    text.on("clear", report_errors(lambda: describe("")))
-    if state.request.text:
-        hint("In place of the materials, with the photograph if there is one; clear it to use these.")
-
-
-def draw_material(page: MakePage) -> None:
-    """Draw the choice of the one material that a photograph shows."""
-
-    def choose(event: Any) -> None:
-        page.state.set(weights={event.value: 1.0} if event.value else {})
-        page.committed()
-
-    materials = page.state.form.materials if page.state.form else ()
-    options = {"": "determined from the photograph", **{name: name for name in materials}}
-    select = ui.select(options, value=next(iter(page.state.request.mix), ""), label="Material")
-    select.on_value_change(report_errors(choose))
-    select.classes("w-full").props("outlined dense options-dense")
