@@ -87,8 +87,8 @@ OPEN_CIRCLES = [
         "tactogram_study.study_file",
     },
     {"tactogram_studio.pages.make.files", "tactogram_studio.pages.make.form_view"}
-    | {"tactogram_studio.pages.make.materials_view", "tactogram_studio.pages.make.page"}
-    | {"tactogram_studio.pages.make.results_view", "tactogram_studio.pages.make.words_view"},
+    | {"tactogram_studio.pages.make.mix_view", "tactogram_studio.pages.make.page"}
+    | {"tactogram_studio.pages.make.results_view"},
     {"tactogram_studio.pages.materials.import_page", "tactogram_studio.pages.materials.import_start"}
     | {"tactogram_studio.pages.materials.preview_view"},
     {"tactogram_studio.pages.studies.editor.page", "tactogram_studio.pages.studies.editor.side"},

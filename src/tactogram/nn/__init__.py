@@ -11,3 +11,10 @@ from tactogram.nn.wave_discriminator import (
     PhaseShuffle as PhaseShuffle,
     WaveDiscriminator as WaveDiscriminator,
 )
+from tactogram.nn.weight_files import (
+    ALEXNET as ALEXNET,
+    DENSENET201 as DENSENET201,
+    INCEPTION as INCEPTION,
+    VGG19 as VGG19,
+    weight_file as weight_file,
+)

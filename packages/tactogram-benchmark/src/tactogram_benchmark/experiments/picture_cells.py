@@ -15,7 +15,7 @@ from tactogram.datasets import Store
 from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation import PictureWeights
 from tactogram.features import Protocol
-from tactogram.nn.weight_files import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
+from tactogram.nn import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
 from tactogram.recipe import Preparation
 from tactogram.workflows import ProgressCallback, evaluate_pictures, train
 from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate

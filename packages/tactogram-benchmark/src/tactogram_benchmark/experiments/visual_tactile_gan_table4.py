@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.nn.weight_files import VGG19
+from tactogram.nn import VGG19
 from tactogram.workflows import ProgressCallback, compare_pictures
 from tactogram_benchmark.experiments.artifacts import facts_of
 from tactogram_benchmark.experiments.picture_cells import (
