@@ -2,11 +2,15 @@
 
 import argparse
 from functools import partial
+from importlib import import_module
+from inspect import Parameter
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
+from tactogram.cli.functions import FunctionVerb, flags_of
 from tactogram.cli.parser import make_parser, verb_places
+from tactogram.parameters import parameters, summary
 
 GUIDES = {
     "start": ("guide", "devices"),
@@ -39,6 +43,10 @@ def children(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentPars
 
 def described(parser: argparse.ArgumentParser) -> list[str]:
     """Return the Markdown lines of a verb: description, usage, and every argument and option."""
+    words = parser.prog.removeprefix("tactogram ")
+    verb = import_module(verb_places()[words].module).VERBS[words]
+    if isinstance(verb, FunctionVerb):
+        return described_function(words, verb)
     parser.formatter_class = partial(argparse.HelpFormatter, width=WIDTH)
     formatter = parser._get_formatter()
     usage = parser.format_usage().removeprefix("usage: ")
@@ -48,6 +56,26 @@ def described(parser: argparse.ArgumentParser) -> list[str]:
             name = formatter._format_action_invocation(action)
             text = formatter._expand_help(action) if action.help else ""
             lines.append(f"````{{option}} {name}\n{text}\n````\n")
+    return lines
+
+
+def described_function(words: str, verb: FunctionVerb) -> list[str]:
+    """Return the Markdown lines of a verb that is a function."""
+    flags = flags_of(verb)
+    known = parameters(verb.load())
+    usage = " ".join(
+        ["tactogram", words, *(one.name.upper() for one in known if one.positional), "[options]"]
+    )
+    lines = [
+        f"{summary(verb.load())}\n",
+        f"```text\n{usage}\n```\n",
+        f"```{{program}} tactogram {words}\n```\n",
+    ]
+    for one in known:
+        name = one.name.upper() if one.positional else f"{flags[one.name]} {one.name.upper()}"
+        default = f" (default {one.default})" if one.default else ""
+        required = one.default is Parameter.empty
+        lines.append(f"````{{option}} {name}\n{one.text}{'' if required else default}\n````\n")
     return lines
 
 

@@ -15,7 +15,17 @@ _REPR.maxlist = _REPR.maxtuple = _REPR.maxdict = MOST_VALUE // 2
 
 
 class TactogramError(Exception):
-    """Root of the errors raised on purpose; the command line prints one line for it and exits 1."""
+    """Root of the errors raised on purpose; the command line prints one line for it and exits 1.
+
+    Where an argument is wrong, ``parameter`` is its name, ``value`` what it was, ``expected`` completes "must be …",
+    and ``remedy`` says what to do: each face of the package names the parameter in its own words.
+    """
+
+    def __init__(
+        self, *args: object, parameter: str = "", value: object = None, expected: str = "", remedy: str = ""
+    ) -> None:
+        super().__init__(*args)
+        self.parameter, self.value, self.expected, self.remedy = parameter, value, expected, remedy
 
     def __str__(self) -> str:
         """Return the message as one printable line, with long values shortened."""

@@ -12,8 +12,9 @@ from typing import Annotated, Any, Literal
 
 import pytest
 
+from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.parser import make_parser, verb_places
-from tactogram.cli.verbs import Verb, add_options, request_of, with_options
+from tactogram.cli.verbs import Verb, add_options, flags_of, request_of, with_options
 from tactogram.errors import ParameterError
 from tactogram.workflows.request import Argument, Option, Request, takes
 
@@ -103,9 +104,15 @@ def test_python_refuses_the_same_values():
 
 def test_an_error_names_options_in_place_of_parameters():
     message = "`changes` and `file` exclude each other; `unknown` stays, as sound"
-    assert with_options(message, VERB) == "--set and file exclude each other; `unknown` stays, as sound"
-    assert with_options("sound must be low", VERB) == "--silent must be low"
-    assert with_options("give `count=3` or `rate=1000`", VERB) == "give `--count 3` or `--set rate=1000`"
+    assert (
+        with_options(message, flags_of(VERB))
+        == "--set and file exclude each other; `unknown` stays, as sound"
+    )
+    assert with_options("sound must be low", flags_of(VERB)) == "--silent must be low"
+    assert (
+        with_options("give `count=3` or `rate=1000`", flags_of(VERB))
+        == "give `--count 3` or `--set rate=1000`"
+    )
 
 
 def test_a_function_takes_the_parameters_of_a_request():
@@ -138,6 +145,9 @@ def verbs():
 
 def test_every_verb_runs_the_request_that_it_declares():
     for words, verb in verbs():
+        if isinstance(verb, FunctionVerb):
+            assert verb.load().__doc__, words
+            continue
         request = next(iter(inspect.signature(verb.run).parameters.values()))
         named = request.annotation
         assert verb.request is named or verb.request.__name__ == named, words

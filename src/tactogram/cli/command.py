@@ -7,7 +7,10 @@ import io
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
+from typing import Any
 
+from tactogram.cli.functions import FunctionVerb, run
 from tactogram.cli.hints import nearest_verb, with_command, with_nearest
 from tactogram.cli.parser import make_parser, verb_places
 from tactogram.errors import StoppedError, TactogramError
@@ -27,10 +30,14 @@ def main(argv: Sequence[str] | None = None) -> int:
             stream.reconfigure(errors="backslashreplace")
     words = sys.argv[1:] if argv is None else argv
     parser = make_parser(words)
-    if unknown := nearest_verb(words, verb_places()):
+    if unknown := nearest_verb(words, places := verb_places()):
         parser.error(unknown)
-    arguments = parser.parse_args(words)
+    chosen = next((verb for count in (1, 2) if (verb := " ".join(words[:count])) in places), "")
+    declared: Any = import_module(places[chosen].module).VERBS[chosen] if chosen else None
+    arguments = argparse.Namespace() if isinstance(declared, FunctionVerb) else parser.parse_args(words)
     try:
+        if isinstance(declared, FunctionVerb):
+            return run(chosen, declared, words[chosen.count(" ") + 1 :])
         return _run(arguments)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -40,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         message, status = "interrupted", 130
     except TactogramError as error:
-        message, status = _in_options(str(error), arguments, words), 1
+        message, status = _in_options(str(error), declared, words), 1
     except OSError as error:
         # No permission, no space, a file where a folder is needed: the system's words say enough.
         message, status = str(error), 1
@@ -59,19 +66,15 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: argparse.Namespace) -> int:
+    from tactogram.cli.folders import FOLDERS, further_folders
     from tactogram.cli.printing import Printer
-    from tactogram.cli.verbs import FOLDERS, UsageError, request_of
+    from tactogram.cli.verbs import UsageError, request_of
 
     verb, show = arguments.verb, Printer(json=arguments.json, quiet=arguments.quiet)
     if getattr(arguments, "list", False):
         verb.listing[1](show)
         return 0
-    for option in FOLDERS:
-        if folders := getattr(arguments, option, None):
-            # Whatever loads a run or a session finds its model or design by name here.
-            variable = f"TACTOGRAM_{option.upper()}"
-            known = os.environ.get(variable)
-            os.environ[variable] = os.pathsep.join([*folders, *([known] if known else [])])
+    further_folders({option: getattr(arguments, option, ()) for option in FOLDERS})
     if out := getattr(arguments, "out", None) or getattr(arguments, "table", None):
         _check_out(out)
     try:
@@ -81,10 +84,11 @@ def _run(arguments: argparse.Namespace) -> int:
         return 2
 
 
-def _in_options(message: str, arguments: argparse.Namespace, words: Sequence[str]) -> str:
-    from tactogram.cli.verbs import with_options
+def _in_options(message: str, verb: Any, words: Sequence[str]) -> str:
+    from tactogram.cli import functions, verbs
 
-    return with_nearest(with_command(with_options(message, arguments.verb), words))
+    flags = functions.flags_of(verb) if isinstance(verb, FunctionVerb) else verbs.flags_of(verb)
+    return with_nearest(with_command(verbs.with_options(message, flags), words))
 
 
 def _check_out(out: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, lines_of, text_of
-from tactogram.cli.verbs import UsageError, Verb, with_options
+from tactogram.cli.verbs import UsageError, Verb, flags_of, with_options
 from tactogram.workflows.data.requests import ConversionRequest
 from tactogram.workflows.request import Argument, Option
 
@@ -27,13 +27,13 @@ def _convert(request: _ConvertRequest, show: Printer) -> int:
             raise UsageError("--check takes one file and writes none; omit B")
         reading = request.reading
         facts = jobs.check(request.source, format=request.format, **reading)
-        show(facts, with_options(_checked_text(facts), VERBS["convert"]))
+        show(facts, with_options(_checked_text(facts), flags_of(VERBS["convert"])))
         return 0 if facts["valid"] else 1
     if not request.target:
         raise UsageError("needs A and B; --check takes A alone, --list neither")
     if not Path(request.source).is_dir():
         facts = jobs.convert(**options)
-        show(facts, with_options(_converted_text(facts), VERBS["convert"]))
+        show(facts, with_options(_converted_text(facts), flags_of(VERBS["convert"])))
         return 0
     if request.format is None:
         raise UsageError("a folder needs --to FORMAT, one of --list")

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from tactogram.cli.verbs import Verb, with_options
+from tactogram.cli.verbs import Verb, flags_of, with_options
 from tactogram.datasets.kinds import in_one_line
 
 _MAPPING = "`--preview --save-mapping mapping.toml`"
@@ -45,7 +45,7 @@ def in_words_of_the_command(reason: str, verb: Verb) -> str:
     """Return why something cannot be imported, with a remedy that can be typed."""
     for pattern, remedy in REMEDIES:
         reason = re.sub(pattern, remedy, reason)
-    return with_options(reason, verb)
+    return with_options(reason, flags_of(verb))
 
 
 def said_of_files(report: Mapping[str, Any], verb: Verb) -> list[str]:

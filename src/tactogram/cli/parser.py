@@ -128,11 +128,13 @@ def make_parser(argv: Sequence[str] | None = None) -> argparse.ArgumentParser:
 
 
 def _complete(sub: argparse.ArgumentParser, module: str, words: str, *, listing: bool) -> None:
+    from tactogram.cli.functions import FunctionVerb
     from tactogram.cli.verbs import add_options
 
     verb = import_module(module).VERBS[words]
-    add_options(sub, verb, listing=listing)
-    sub.set_defaults(verb=verb, usage_error=sub.error)
+    if not isinstance(verb, FunctionVerb):
+        add_options(sub, verb, listing=listing)
+        sub.set_defaults(verb=verb, usage_error=sub.error)
 
 
 class _Version(argparse.Action):

@@ -10,17 +10,10 @@ from dataclasses import MISSING, Field
 from types import NoneType, UnionType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
+from tactogram.cli.folders import FOLDERS
 from tactogram.cli.printing import Printer
 from tactogram.errors import ParameterError
 from tactogram.workflows.request import Argument, Option, Request, declared
-
-FOLDERS = {
-    "models": "folder of further models",
-    "designs": "a file or folder with further designs",
-    "languages": "a file or folder with further language files",
-    "tasks": "folder of further tasks",
-    "stores": "a store, or a folder of stores",
-}
 
 
 class Verb(NamedTuple):
@@ -74,17 +67,21 @@ def request_of(verb: Verb, arguments: argparse.Namespace) -> Request:
     return verb.request(**values)
 
 
-def with_options(message: str, verb: Verb) -> str:
-    """Return an error's message with options in place of the parameters that it names.
+def flags_of(verb: Verb) -> dict[str, str]:
+    """Return how the command line calls each parameter of a verb."""
+    return {
+        field.name: field.name if isinstance(option, Argument) else _flag(field, option).split()[0]
+        for field, option, _ in declared(verb.request)
+    }
+
+
+def with_options(message: str, flags: Mapping[str, str]) -> str:
+    """Return an error's message with options in place of the parameters that it names, as of `flags_of`.
 
     Names are in backquotes, possibly with a value (``rate=1000``), or begin the message and are followed by "must". A
     name with a value that is no parameter is one of those of ``--set``, if the verb has it.
     """
-    flags = {
-        field.name: field.name if isinstance(option, Argument) else _flag(field, option).split()[0]
-        for field, option, _ in declared(verb.request)
-    }
-    flags["model_folders"] = "--models"
+    flags = {**flags, "model_folders": "--models"}
     others = "--set {}={}" if "--set" in flags.values() else "{}={}"
 
     def option(found: re.Match[str]) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from tactogram.cli.printing import Printer, columns, text_of
-from tactogram.cli.verbs import Verb, with_options
+from tactogram.cli.verbs import Verb, flags_of, with_options
 from tactogram.workflows import Argument, Option, Request
 from tactogram_capture.workflows.requests import CaptureRequest, LiveRequest, LogRequest
 
@@ -169,7 +169,9 @@ def _log_text(result: dict[str, Any]) -> str:
         lines.append(
             f"  lost {facts['lost']} samples ({100 * share:.2g} %), rejected {text_of(facts['rejected']) or 0}"
         )
-        lines += [f"  note: {with_options(note, VERBS['capture-log'])}" for note in facts.get("notes", ())]
+        lines += [
+            f"  note: {with_options(note, flags_of(VERBS['capture-log']))}" for note in facts.get("notes", ())
+        ]
         if one["filled"] is not None:
             lines.append(f"  filled {text_of(one['filled'])}")
         else:

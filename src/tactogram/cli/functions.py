@@ -1,0 +1,155 @@
+"""Verbs that are functions: options from their parameters, parsed by cyclopts, and the printed result."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import import_module
+from inspect import Parameter as Argument, Signature, signature
+from types import UnionType
+from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+
+from tactogram.cli.folders import FOLDERS, further_folders
+from tactogram.cli.printing import Printer
+
+SPELLING = {"changes": "--set", "model_folders": "--models", "purpose": "--for", "find_s": "--find"}
+"""Options that are not spelt like their parameters."""
+
+
+def _no_notes(result: Any) -> Iterable[str]:
+    return ()
+
+
+class FunctionVerb(NamedTuple):
+    """A verb: its function as ``module:name``, and the text of its result for people."""
+
+    function: str
+    text: Callable[[Any], str]
+    notes: Callable[[Any], Iterable[str]] = _no_notes
+    """Lines for stderr."""
+    folders: tuple[str, ...] = ()
+    """Names of the `FOLDERS` that it accepts."""
+
+    def load(self) -> Callable[..., Any]:
+        """Import and return the function."""
+        module, _, name = self.function.partition(":")
+        function: Callable[..., Any] = getattr(import_module(module), name)
+        return function
+
+
+def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
+    """Run a verb with the arguments of the command line; return its exit status, 2 for wrong usage."""
+    from cyclopts import App, CycloptsError
+
+    from tactogram.parameters import parameters, summary
+
+    function = verb.load()
+    app = App(
+        name=f"tactogram {words}",
+        help_format="plaintext",
+        version_flags=[],
+        result_action="return_value",
+        exit_on_error=False,
+        print_error=False,
+    )
+    app["--help"].group = ""
+
+    def call(*positional: Any, **options: Any) -> int:
+        show = Printer(json=options.pop("json", False), quiet=options.pop("quiet", False))
+        kinds = {one.name: one.kind for one in parameters(function)}
+        options = {name: _converted(name, value, kinds.get(name)) for name, value in options.items()}
+        further_folders({name: options.pop(name, ()) for name in verb.folders})
+        if "progress" in signature(function).parameters:
+            with show.progress() as progress:
+                result = function(*positional, **options, progress=progress)
+        else:
+            result = function(*positional, **options)
+        show(result, verb.text(result))
+        show.notes(verb.notes(result))
+        return 0
+
+    call.__signature__ = options_of(function, verb.folders)  # type: ignore[attr-defined]
+    call.__doc__, call.__annotations__ = summary(function), {}  # cyclopts reads the signature alone
+    app.default(call)
+    try:
+        return app(arguments) or 0
+    except CycloptsError as error:
+        sys.stderr.write(
+            f"tactogram {words}: {str(error).rstrip('.')}; `tactogram {words} --help` lists its options\n"
+        )
+        return 2
+
+
+def spelt(name: str) -> str:
+    """Return the option of a parameter."""
+    return SPELLING.get(name, f"--{name.replace('_', '-')}")
+
+
+def flags_of(verb: FunctionVerb) -> dict[str, str]:
+    """Return how the command line calls each parameter of a verb."""
+    from tactogram.parameters import parameters
+
+    return {one.name: one.name if one.positional else spelt(one.name) for one in parameters(verb.load())}
+
+
+def options_of(function: Callable[..., Any], folders: Sequence[str] = ()) -> Signature:
+    """Return the signature that cyclopts parses: arguments by place, options by name, ``--json`` and ``--quiet``."""
+    from cyclopts import Parameter
+
+    from tactogram.parameters import parameters
+
+    def argument(name: str, kind: Any, default: Any, text: str, *, positional: bool = False) -> Argument:
+        negative = None if default is True else ()
+        facts: dict[str, Any] = {"help": text, "negative": negative, "show_default": bool(default)}
+        if not positional:
+            facts["name"] = spelt(name)
+        place = Argument.POSITIONAL_ONLY if positional else Argument.KEYWORD_ONLY
+        return Argument(name, place, default=default, annotation=Annotated[kind, Parameter(**facts)])
+
+    made = [
+        argument(
+            one.name,
+            str if one.kind is Any else _form(one.kind),
+            one.default,
+            one.text,
+            positional=one.positional,
+        )
+        for one in parameters(function)
+    ]
+    made += [argument(name, list[str], (), FOLDERS[name]) for name in folders]
+    made.append(argument("json", bool, False, "print one JSON object"))
+    made.append(argument("quiet", bool, False, "show no progress"))
+    return Signature(made)
+
+
+def _form(kind: Any) -> Any:
+    """Return the type that cyclopts reads: texts of what is converted later, and no bounds."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Annotated:
+        return _form(inner[0])
+    if origin in (Union, UnionType):
+        return Union[tuple(map(_form, inner))]  # noqa: UP007
+    return list[str] if _is_mapping(kind) else str if _is_list(kind) else kind
+
+
+def _converted(name: str, value: Any, kind: Any) -> Any:
+    """Return ``KEY=VALUE`` texts as a mapping, and a list separated by commas as a tuple."""
+    from tactogram.cli.verbs import _listed, _mapping
+
+    if value is None:
+        return None
+    for one in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
+        if _is_mapping(one):
+            return _mapping(value, get_args(one)[1], spelt(name), "KEY=VALUE")
+        if _is_list(one):
+            return _listed(value, get_args(one)[0], spelt(name))
+    return value
+
+
+def _is_mapping(kind: Any) -> bool:
+    origin = get_origin(kind)
+    return isinstance(origin, type) and issubclass(origin, Mapping)
+
+
+def _is_list(kind: Any) -> bool:
+    return get_origin(kind) is tuple and get_args(kind)[-1] is ...

@@ -1,0 +1,137 @@
+"""Parameters of a function, read from its signature and its numpydoc docstring.
+
+A verb is one function with plain annotations. Its checks (`checked`), its options on the command line
+(`tactogram.cli.functions`) and its page in the reference are made from what this module reads. A module with such a
+function postpones its annotations, and imports what is heavy inside the function: its parameters are read without it.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache, wraps
+from typing import Annotated, Any, ParamSpec, TypeVar
+
+from annotated_types import Ge, Gt, Le
+from docstring_parser import DocstringStyle, parse
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from tactogram.errors import ParameterError, shown
+
+Positive = Annotated[float, Gt(0)]
+Count = Annotated[int, Ge(1)]
+Seed = Annotated[int, Ge(0)]
+Share = Annotated[float, Ge(0), Le(1)]
+Settings = dict[str, Any]
+"""Values by name, of any type: on the command line ``KEY=VALUE``, read as TOML."""
+
+P = ParamSpec("P")
+R = TypeVar("R")
+_BOUNDS = (
+    "greater_than",
+    "greater_than_equal",
+    "less_than",
+    "less_than_equal",
+    "finite_number",
+    "literal_error",
+)
+"""Faults of a value of the right type."""
+_CONFIG = ConfigDict(arbitrary_types_allowed=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter: its type, its default (``inspect.Parameter.empty`` if it is required), and its text."""
+
+    name: str
+    annotation: str
+    """The type as it is written, without None."""
+    kind: Any
+    """`typing.Any` where the type is known to type checkers alone."""
+    default: Any
+    text: str
+    positional: bool
+
+    def check(self, value: Any) -> Any:
+        """Return a value as the parameter's type; `ParameterError` if it is of another or out of bounds."""
+        if self.kind is Any or value is self.default:
+            return value
+        try:
+            return _adapter(self.kind).validate_python(value)
+        except ValidationError as error:
+            fault = next((one for one in error.errors() if one["type"] in _BOUNDS), None)
+            expected = self.annotation if fault is None else fault["msg"].removeprefix("Input should be ")
+            raise ParameterError(
+                f"{self.name} must be {expected}, got {shown(value)}",
+                parameter=self.name,
+                value=value,
+                expected=expected,
+            ) from None
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind, config=_CONFIG)
+
+
+@cache
+def parameters(function: Callable[..., Any]) -> tuple[Parameter, ...]:
+    """Return the parameters of a function in their order, without callbacks: those have no text in the docstring."""
+    function = inspect.unwrap(function)
+    documented = parse(inspect.getdoc(function) or "", DocstringStyle.NUMPYDOC)
+    texts = {
+        name.strip(): " ".join((one.description or "").split())
+        for one in documented.params
+        for name in one.arg_name.split(",")
+    }
+    known = vars(sys.modules[function.__module__])
+    for name, text in texts.items():
+        if text.startswith("As of `"):
+            texts[name] = next(one.text for one in parameters(known[text.split("`")[1]]) if one.name == name)
+    return tuple(
+        Parameter(
+            name,
+            str(one.annotation).removesuffix(" | None").replace(" | ", " or "),
+            _resolved(one.annotation, known),
+            one.default,
+            texts[name],
+            one.kind is not inspect.Parameter.KEYWORD_ONLY,
+        )
+        for name, one in inspect.signature(function).parameters.items()
+        if name in texts
+    )
+
+
+def summary(function: Callable[..., Any]) -> str:
+    """Return the first sentence of a function's docstring."""
+    return parse(inspect.getdoc(function) or "", DocstringStyle.NUMPYDOC).short_description or ""
+
+
+def checked(function: Callable[P, R]) -> Callable[P, R]:
+    """Check the arguments of a function against its annotations before it runs.
+
+    `ParameterError` names the first fault.
+    """
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
+        bound = signature.bind(*args, **kwargs)
+        for parameter in parameters(function):
+            if parameter.name in bound.arguments:
+                bound.arguments[parameter.name] = parameter.check(bound.arguments[parameter.name])
+        return function(*bound.args, **bound.kwargs)
+
+    return call
+
+
+def _resolved(annotation: Any, known: dict[str, Any]) -> Any:
+    """Return the type that a postponed annotation names; `typing.Any` if a name in it is not imported."""
+    if not isinstance(annotation, str):
+        return annotation
+    try:
+        return eval(annotation, known)
+    except NameError:
+        return Any

@@ -1,0 +1,137 @@
+"""Verbs that are functions: their options, and what is said of wrong ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tactogram.cli.functions import FunctionVerb, flags_of, run
+from tactogram.errors import ParameterError
+from tactogram.parameters import Count, Positive, Settings, Share, checked, parameters, summary
+
+
+@checked
+def mixed(
+    source: Path | str,
+    files: Sequence[str] = (),
+    *,
+    rate: Positive | None = None,
+    share: Share = 0.5,
+    count: Count = 3,
+    axes: tuple[str, ...] | None = None,
+    mix: Mapping[str, float] | None = None,
+    changes: Settings | None = None,
+    sound: bool = True,
+    seen: list[str] | None = None,
+):
+    """Mix what is given.
+
+    Parameters
+    ----------
+    source : Path or str
+        A file.
+    files : sequence of str
+        Further ones.
+    rate : float, optional
+        Sampling rate, Hz.
+    share : float
+        Of the first.
+    count, axes, mix, changes, sound
+        Others.
+    """
+    return dict(locals())
+
+
+@checked
+def again(source: Path | str, *, rate: Positive | None = None):
+    """Do it again.
+
+    Parameters
+    ----------
+    source, rate
+        As of `mixed`.
+    """
+    return {"source": source, "rate": rate}
+
+
+VERB = FunctionVerb(f"{__name__}:mixed", lambda result: f"count {result['count']}", lambda result: ["noted"])
+
+
+def test_parameters_are_those_of_signature_and_docstring():
+    known = {one.name: one for one in parameters(mixed)}
+    assert list(known) == ["source", "files", "rate", "share", "count", "axes", "mix", "changes", "sound"]
+    assert known["rate"].text == "Sampling rate, Hz."
+    assert known["source"].positional
+    assert not known["rate"].positional
+    assert summary(mixed) == "Mix what is given."
+    assert [one.text for one in parameters(again)] == ["A file.", "Sampling rate, Hz."]
+
+
+def test_options_reach_the_function_as_its_types():
+    line = "a.wav b c --rate 5 --axes x,y --mix cork=0.6,tile=0.4 --set a.b=[1] --set c=true --no-sound"
+    seen = {}
+    verb = FunctionVerb(VERB.function, lambda result: seen.update(result) or "")
+    assert run("mix", verb, line.split()) == 0
+    assert seen["source"] == Path("a.wav")
+    assert list(seen["files"]) == ["b", "c"]
+    assert (seen["rate"], seen["axes"], seen["mix"]) == (5.0, ("x", "y"), {"cork": 0.6, "tile": 0.4})
+    assert (seen["changes"], seen["sound"], seen["share"]) == ({"a.b": [1], "c": True}, False, 0.5)
+
+
+def test_the_text_is_printed_and_notes_go_to_stderr(capsys):
+    assert run("mix", VERB, ["a.wav"]) == 0
+    assert capsys.readouterr() == ("count 3\n", "note: noted\n")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        (
+            "a.wav --rat 3",
+            "tactogram mix: Unknown option: --rat. Did you mean --rate?; `tactogram mix --help` lists",
+        ),
+        ("a.wav --count x", "tactogram mix: Invalid value for --count"),
+        ("", "tactogram mix: Parameter SOURCE requires an argument"),
+    ],
+)
+def test_wrong_usage_is_one_line(line, message, capsys):
+    assert run("mix", VERB, line.split()) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(message)
+    assert said.count("\n") == 1
+
+
+def test_help_lists_every_option_with_its_text(capsys):
+    run("mix", VERB, ["--help"])
+    said = capsys.readouterr().out
+    for text in ("Mix what is given.", "Sampling rate, Hz.", "--set", "--json", "print one JSON object"):
+        assert text in said
+    assert "--seen" not in said
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "expected"),
+    [
+        ("rate", -1, "greater than 0"),
+        ("rate", float("nan"), "a finite number"),
+        ("count", 0, "greater than or equal to 1"),
+        ("count", "many", "Count"),
+        ("share", 2, "less than or equal to 1"),
+        ("mix", [1], "Mapping[str, float]"),
+        ("source", np.zeros(3), "Path or str"),
+    ],
+)
+def test_a_wrong_argument_is_named_with_its_value_and_what_is_expected(name, value, expected):
+    arguments = {"source": "a.wav", name: value}
+    with pytest.raises(ParameterError, match=f"^{name} must be ") as refused:
+        mixed(**arguments)
+    assert (refused.value.parameter, refused.value.value is value) == (name, True)
+    assert expected in refused.value.expected
+
+
+def test_options_are_spelt_like_parameters_but_for_some():
+    flags = flags_of(VERB)
+    assert (flags["source"], flags["rate"], flags["changes"]) == ("source", "--rate", "--set")
