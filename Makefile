@@ -3,7 +3,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,ray,export,hub
+EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,statistics,ray,export,hub
 PACKAGES := capture study studio benchmark
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.

@@ -82,16 +82,19 @@ OTHER_MEANINGS = {
         "tactogram_studio/pages/materials/import_page.py",
         "folder",
     ): "what names a material, and a part of its page",
-    ("capture source", "capture/logs.py", "serial"): "a kind of log",
-    ("capture source", "capture/logs.py", "twelite"): "a kind of log",
-    ("capture source", "capture/stream/csv_source.py", "serial"): "a kind of log",
-    ("capture source", "capture/twelite/source.py", "twelite"): "a kind of log",
-    ("capture source", "capture/twelite/simulator.py", "twelite"): "a kind of log",
-    ("capture source", "workflows/capture/requests.py", "serial"): "a kind of log",
-    ("capture source", "workflows/capture/requests.py", "twelite"): "a kind of log",
-    ("capture source", "capture/stream/byte_source.py", "serial"): "a library",
-    ("capture source", "capture/logs.py", "lsl"): "an extra",
+    ("capture source", "tactogram_capture/logs.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/logs.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/stream/csv_source.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/twelite/source.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/workflows/requests.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/workflows/requests.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/stream/byte_source.py", "serial"): "a library",
+    ("capture source", "tactogram_capture/logs.py", "lsl"): "an extra",
 } | {("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()}
+OTHER_MEANINGS |= {
+    ("capture source", "tactogram_capture/workflows/devices.py", name): "the tests of devices"
+    for name in SOURCES.names()
+}
 
 
 @lru_cache(maxsize=1)

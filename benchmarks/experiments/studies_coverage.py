@@ -19,10 +19,10 @@ from benchmarks.experiments.study_cases import STUDIES, StudyCase
 from benchmarks.experiments.study_recovery import ExpectedFinding, recovery
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
-from tactogram.statistics.shares import share_of
 from tactogram.workflows.progress import ProgressCallback
 from tactogram_study.analysis.findings import EQUIVALENT, SHOWN
 from tactogram_study.simulated_participants import SimulatedEffect, simulated_answers
+from tactogram_study.statistics.shares import share_of
 from tactogram_study.study_analysis import AnalysisPlan, analyse
 from tactogram_study.study_file import Study
 

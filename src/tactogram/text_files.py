@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, MissingExtraError
 
 MOST_BYTES = 2**28
 MOST_TOML_BYTES = 2**20
@@ -82,8 +82,13 @@ def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
     )
     run = re.search(rb"[\x80-\xff]{3}", raw) if encoding == "cp1252" else None
     if run is not None:
-        from charset_normalizer import from_bytes
-
+        try:
+            from charset_normalizer import from_bytes
+        except ImportError as error:
+            raise MissingExtraError(
+                f"{where}: text that is neither UTF-8 nor Western European needs charset-normalizer; install the extra "
+                "formats: pip install 'tactogram[formats]'"
+            ) from error
         lines = raw[max(0, run.start() - 2048) : run.start() + 4096]
         best = from_bytes(lines, cp_isolation=["cp932", "gb18030", "cp949", "big5", "cp1251"]).best()
         encoding = encoding if best is None else best.encoding

@@ -167,7 +167,7 @@ def test_search_wants_a_count(run, texture):
 
 
 @pytest.mark.parametrize(
-    "name", ["search.usearch", "search-whitening.npy", "model.safetensors", "model.json", "data.json"]
+    "name", ["search-vectors.npy", "search-whitening.npy", "model.safetensors", "model.json", "data.json"]
 )
 def test_a_broken_run_is_refused_in_one_line(run, store, texture, tmp_path, name):
     export_run(run.folder, tmp_path / "run.zip")

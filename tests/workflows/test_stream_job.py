@@ -365,7 +365,7 @@ def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(texture
     assert weaker.stream.weight == pytest.approx(0.01)  # of the power
     assert (plain.sha256, plain.level, plain.display) == (weaker.sha256, "gain=0.5", "voice-coil")
     with pytest.raises(ParameterError, match="stimulus cork: phone: .* cannot be streamed to"):
-        StudyStimuli(study.model_copy(update={"display": "phone"}), tmp_path).check_names()
+        StudyStimuli(study.model_copy(update={"display": "phone"}), tmp_path).check()
 
 
 def test_words_of_a_streamed_study_follow_speed_and_force(tmp_path):

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.statistics.clustered import pooled_share
-from tactogram.statistics.shares import share_of
 from tactogram_study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED, verdict_of
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.designs import find_design
 from tactogram_study.designs.analysis.pairwise import bradley_terry
 from tactogram_study.designs.analysis.staircase import reversals_of
+from tactogram_study.statistics.clustered import pooled_share
+from tactogram_study.statistics.shares import share_of
 from tactogram_study.study_analysis import AnalysisPlan, analyse
 
 ITEMS = ("cloth", "cork", "tile")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.parquet_table import read_parquet
 from tactogram.errors import DataError, one_line
+from tactogram.extras import imported
 from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
 
 _SNIFFED = 100_000
@@ -89,6 +90,7 @@ def _columns(text: str, divider: str) -> int:
 
 
 def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
+    imported("python_calamine", extra="formats", what="workbooks")
     try:
         sheets = pd.read_excel(path, header=None, sheet_name=None, dtype=object, engine="calamine")
     except Exception as error:  # pandas and the readers below it raise whatever a damaged file leads to
@@ -130,6 +132,8 @@ def number_columns(
     `DataError`, as are a missing column and fewer than ``least`` rows.
     """
     head = None if names is None else 0
+    if path.suffix.lower() == ".xlsx":
+        imported("openpyxl", extra="formats", what="workbooks")
     try:
         match path.suffix.lower():
             case ".xlsx":

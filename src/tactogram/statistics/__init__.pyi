@@ -1,9 +1,3 @@
-from .clustered import (
-    EffectEstimate as EffectEstimate,
-    bootstrap_by_participant as bootstrap_by_participant,
-    mixed_difference as mixed_difference,
-    pooled_share as pooled_share,
-)
 from .comparison import (
     INDEPENDENT as INDEPENDENT,
     Comparison as Comparison,
@@ -31,16 +25,4 @@ from .paired import (
 )
 from .reliability import (
     krippendorff_alpha as krippendorff_alpha,
-)
-from .shares import (
-    ShareEstimate as ShareEstimate,
-    abx_share as abx_share,
-    corrected as corrected,
-    d_prime_2afc as d_prime_2afc,
-    d_prime_abx as d_prime_abx,
-    exact_ps as exact_ps,
-    share_equivalence as share_equivalence,
-    share_equivalence_power as share_equivalence_power,
-    share_of as share_of,
-    smallest_significant as smallest_significant,
 )

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from tactogram.errors import ParameterError
+from tactogram.extras import imported
 from tactogram.statistics.groups import GroupSummary, holm, summary
 from tactogram.statistics.paired import signed_rank_p
 
@@ -102,7 +103,8 @@ def steel_dwass(groups: Mapping[str, ArrayLike]) -> Comparison:
     groups : mapping from str to float array, shape (value,)
         At least two, each of at least two values.
     """
-    import scikit_posthocs  # imports its plotting, which takes seconds
+    # Imports its plotting, which takes seconds.
+    scikit_posthocs = imported("scikit_posthocs", extra="statistics", what="Steel-Dwass tests")
 
     samples = _groups(groups)
     with np.errstate(invalid="ignore"):  # two groups of one value: NaN, replaced below

@@ -11,13 +11,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from statsmodels.formula.api import ols
-from statsmodels.stats.anova import anova_lm
-from threadpoolctl import threadpool_limits
 
 from tactogram.errors import ParameterError
+from tactogram.extras import imported
 
 Level = Literal["nominal", "ordinal", "interval"]
 LEVELS = ("nominal", "ordinal", "interval")
@@ -64,8 +61,8 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     float or None
         None if no item has two scores, or all scores are alike.
     """
-    from nltk.metrics.agreement import AnnotationTask  # imports a whole toolkit, which takes seconds
-
+    # Imports a whole toolkit, which takes seconds.
+    agreement = imported("nltk.metrics.agreement", extra="statistics", what="Krippendorff's alpha")
     table = _table(scores)
     if level not in LEVELS:
         raise ParameterError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
@@ -76,7 +73,7 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
         return None
     distance = _distances(values, np.bincount(codes), level)
     items, raters = np.nonzero(present)
-    task = AnnotationTask(
+    task = agreement.AnnotationTask(
         data=list(zip(raters.tolist(), items.tolist(), codes.tolist(), strict=True)),
         distance=lambda a, b: float(distance[a, b]),
     )
@@ -104,17 +101,11 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
     items, raters = whole.shape
     if items < 2 or raters < 2 or np.ptp(whole) == 0:
         return None
-    data = pd.DataFrame(
-        {
-            "score": whole.ravel(),
-            "item": np.repeat(np.arange(items), raters),
-            "rater": np.tile(np.arange(raters), items),
-        }
-    )
-    # With small arrays, two threads that wait for each other take a hundred times as long.
-    with threadpool_limits(1):
-        squares = anova_lm(ols("score ~ C(item) + C(rater)", data).fit())["mean_sq"]
-    between, rater, rest = (float(squares[name]) for name in ("C(item)", "C(rater)", "Residual"))
+    by_item, by_rater = whole.mean(1, keepdims=True), whole.mean(0, keepdims=True)
+    between = float(raters * np.var(by_item, ddof=1))
+    rater = float(items * np.var(by_rater, ddof=1))
+    residuals = whole - by_item - by_rater + whole.mean()
+    rest = float((residuals**2).sum() / ((items - 1) * (raters - 1)))
     shared = (rater - rest) / items
     return IntraclassCorrelation(
         (between - rest) / (between + (raters - 1) * rest + raters * shared),

@@ -18,6 +18,8 @@ EXTRAS = {
     "dev": "tests, style, types, benchmarks",
     "docs": "building the documentation",
     "text": "materials described in English",
+    "formats": "workbooks, TDMS, HDF5, HEIC, other encodings",
+    "statistics": "agreement of raters, tests of ranks",
     "devices": "serial boards, audio displays, OSC",
     "lsl": "Lab Streaming Layer",
     "daq": "National Instruments devices",
@@ -39,7 +41,6 @@ def doctor() -> dict[str, Any]:
     that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``, ``url``),
     ``problems`` (sentences).
     """
-    import psutil
     import torch
 
     core: dict[str, str | None] = {}
@@ -63,7 +64,7 @@ def doctor() -> dict[str, Any]:
         "python": platform.python_version(),
         "platform": platform.platform(),
         "cores": len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count(),
-        "memory_gib": round(psutil.virtual_memory().total / 2**30, 1),
+        "memory_gib": _memory_gib(),
         "device": device,
         "threads": torch.get_num_threads(),
         "packages": core,
@@ -125,3 +126,13 @@ def _version(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
+
+
+def _memory_gib() -> float:
+    if os.name == "nt":
+        import psutil
+
+        size = psutil.virtual_memory().total
+    else:
+        size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return round(float(size) / 2**30, 1)

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.clustered import pooled_share
 from tactogram.statistics.paired import paired_equivalence
 from tactogram_study.designs.analysis import pairwise as power_preferences
 from tactogram_study.designs.analysis.pairwise import simulated_preferences
@@ -10,6 +9,7 @@ from tactogram_study.designs.catalogue import power_tables
 from tactogram_study.power import table as power
 from tactogram_study.power.methods import clustered_ps, within_ps
 from tactogram_study.power.table import power_table as table_of_design
+from tactogram_study.statistics.clustered import pooled_share
 
 
 def power_table(name, **options):

@@ -28,6 +28,7 @@ from tactogram.datasets.cells import number_columns
 from tactogram.datasets.importer import ImportItem
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError
+from tactogram.extras import imported
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.timing import estimate_timing, to_uniform
@@ -151,6 +152,7 @@ def _texture_names(path: Path) -> dict[str, str]:
     """Return the name of each texture by its number; empty without a list."""
     if not path.is_file():
         return {}
+    imported("openpyxl", extra="formats", what="workbooks")
     try:
         table = pd.read_excel(path, dtype=str, engine="openpyxl")
     except Exception as error:  # whatever the zip or the XML holds

@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-import psutil
-
 from tactogram.datasets.store.layout import FACTS, StoreInfo
 from tactogram.errors import DataError, RunError
 from tactogram.signal.io.atomic import to_disk
@@ -31,7 +29,7 @@ def adopt_part(path: Path, job: str) -> StoreInfo | None:
     own = part_folder(path)
     for part in sorted(path.parent.glob(f"{path.name}.part-{host_name()}-*")):
         process = part.name.rpartition("-")[2]
-        if part != own and not (process.isdigit() and not psutil.pid_exists(int(process))):
+        if part != own and not (process.isdigit() and not is_running(int(process))):
             continue
         try:
             facts = StoreInfo.load(part)
@@ -54,7 +52,7 @@ def clear_stale_parts(path: Path) -> list[Path]:
     left = []
     for part in sorted(path.parent.glob(f"{path.name}.part-*")):
         host, _, process = part.name.removeprefix(f"{path.name}.part-").rpartition("-")
-        if host == host_name() and process.isdigit() and not psutil.pid_exists(int(process)):
+        if host == host_name() and process.isdigit() and not is_running(int(process)):
             shutil.rmtree(part, ignore_errors=True)
         elif not (host == host_name() and process == str(os.getpid())):
             left.append(part)
@@ -73,7 +71,7 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
         process = noted.stem.rpartition("-")[2]
         if not process.isdigit():
             continue
-        if not own if int(process) == os.getpid() else psutil.pid_exists(int(process)):
+        if not own if int(process) == os.getpid() else is_running(int(process)):
             continue
         facts = StoreInfo.load(path)
         named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
@@ -161,3 +159,18 @@ class StagedFiles:
 def host_name() -> str:
     """Return this machine's name as used in file names, since process numbers belong to one machine."""
     return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"
+
+
+def is_running(process: int) -> bool:
+    """Return whether there is a process of this number on this machine."""
+    if os.name == "nt":  # where signal 0 would end it
+        import psutil
+
+        return bool(psutil.pid_exists(process))
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

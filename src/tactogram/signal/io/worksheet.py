@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import DataError, ParameterError, one_line
+from tactogram.extras import imported
 from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
 from tactogram.signal.io.description import SignalDescription, decode
 from tactogram.signal.io.raw_table import RawTable
@@ -69,8 +70,7 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
         raise ParameterError(
             f"a worksheet holds at most {MOST_ROWS - 1} samples, got {len(signal)}; write .csv"
         )
-    import openpyxl
-
+    openpyxl = imported("openpyxl", extra="formats", what="workbooks")
     book = openpyxl.Workbook(write_only=True)
     sheet = book.create_sheet(SHEET)
     sheet.append(heading(signal))
@@ -81,8 +81,7 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
 
 
 def _opened(path: Path) -> Any:
-    import python_calamine
-
+    calamine = imported("python_calamine", extra="formats", what="workbooks")
     if path.stat().st_size == 0:
         raise DataError(f"{path}: empty file")
     if path.suffix.lower() != ".xls":
@@ -90,7 +89,7 @@ def _opened(path: Path) -> Any:
             check_archive(file, path)
         _check_cells(path)
     try:
-        return python_calamine.load_workbook(str(path))
+        return calamine.load_workbook(str(path))
     except Exception as error:  # calamine has an exception for each format
         raise DataError(
             f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Scale
+from tactogram.errors import MissingExtraError
 from tactogram.statistics.reliability import Level, intraclass_correlation, krippendorff_alpha
 
 
@@ -18,7 +19,8 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
     Keys of the result: ``scale``, ``words``, ``items``, ``raters``, ``scores``; ``missing``: ``blank`` (words without a
     score where the rater scored others of the item, in all), ``blank_by_rater``, and ``not_met`` (pairs of a rater and
     an item without any score); ``reliability``: ``level``, ``words``: of each ``mean``, ``sd``, ``alpha``,
-    ``icc_single``, ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed).
+    ``icc_single``, ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed; ``alpha`` also
+    without the extra ``statistics``).
     """
     cube = ratings.cube
     given = np.asarray(~np.isnan(cube))
@@ -50,7 +52,7 @@ def _word(scores: NDArray[np.float64], level: Level) -> dict[str, float | int | 
     known: dict[str, float | int | None] = {
         "mean": float(given.mean()) if given.size else None,
         "sd": float(given.std(ddof=1)) if given.size > 1 else None,
-        "alpha": krippendorff_alpha(scores, level=level),
+        "alpha": _alpha(scores, level),
     }
     found = intraclass_correlation(scores)
     return known | {
@@ -59,6 +61,14 @@ def _word(scores: NDArray[np.float64], level: Level) -> dict[str, float | int | 
         "icc_items": None if found is None else found.items,
         "icc_raters": None if found is None else found.raters,
     }
+
+
+def _alpha(scores: NDArray[np.float64], level: Level) -> float | None:
+    """Return Krippendorff's alpha; None without the extra that computes it."""
+    try:
+        return krippendorff_alpha(scores, level=level)
+    except MissingExtraError:
+        return None
 
 
 def _level(scale: Scale) -> Level:

@@ -19,14 +19,10 @@ from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.surface_index import (
-    EXACT_BELOW,
     SurfaceIndex,
     surface_vector,
     surface_vectors,
 )
-
-GRAPH_DEPTH = 500
-"""Neighbours searched in the graph: materials beyond them are not listed."""
 
 
 def search(
@@ -56,8 +52,7 @@ def search(
         simulated = simulated or store.simulated
         index = _index_of(loaded, store, index)
     vector = surface_vector(loaded.embedder, loaded.prepare(signal))
-    few = len(index.ids) <= EXACT_BELOW
-    every = index.nearest(vector, len(index.ids) if few else max(GRAPH_DEPTH, 10 * count))
+    every = index.nearest(vector, len(index.ids))
     materials: dict[str, float] = {}
     for found in every:
         materials.setdefault(found["material"], found["distance"])

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.signal import welch
 from scipy.stats import t as student
-from usearch.index import Index
 
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Example, Model
@@ -28,13 +27,11 @@ from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
-INDEX_FILES = ("search.usearch", "search-whitening.npy", "search.json")
+INDEX_FILES = ("search-vectors.npy", "search-whitening.npy", "search.json")
 KEPT = 0.95
 """Share of recordings of known materials that the threshold accepts."""
 LEAST_DISTANCE = 0.01
 """Smaller distances set the threshold as this one: copies of a recording have the distance 0 and no logarithm."""
-EXACT_BELOW = 20_000
-"""Largest number of recordings for exact search; beyond it the index's graph is searched."""
 BANDS = 12
 """Half octaves below half the sampling rate whose levels are part of a vector."""
 WINDOW = 256
@@ -64,16 +61,16 @@ class SurfaceIndex:
     ) -> None:
         self.ids, self.materials = list(ids), list(materials)
         self.whitening, self.threshold, self.calibrated_on = whitening, threshold, calibrated_on
-        self.index: Any = Index(ndim=vectors.shape[1], metric="l2sq", dtype="f32")
-        self.index.add(np.arange(len(vectors)), vectors @ whitening)
+        self.whitened = vectors @ whitening
 
     def nearest(self, vector: NDArray[np.float32], count: int) -> list[dict[str, Any]]:
         """Return the ``count`` nearest recordings: ``id``, ``material``, ``distance`` in the unit of `whitening_of`."""
-        exact = len(self.ids) <= EXACT_BELOW
-        found: Any = self.index.search(vector @ self.whitening, min(count, len(self.ids)), exact=exact)
+        distances = np.linalg.norm(self.whitened - vector @ self.whitening, axis=1)
+        count = min(count, len(distances))
+        places = np.argpartition(distances, count - 1)[:count]
         return [
-            {"id": self.ids[int(key)], "material": self.materials[int(key)], "distance": float(distance)}
-            for key, distance in zip(found.keys, np.sqrt(found.distances), strict=True)
+            {"id": self.ids[place], "material": self.materials[place], "distance": float(distances[place])}
+            for place in places[np.argsort(distances[places])]
         ]
 
     def novelty(self, vector: NDArray[np.float32]) -> float:
@@ -82,11 +79,10 @@ class SurfaceIndex:
         return float(nearest["distance"] / self.threshold)
 
     def save(self, run: Run) -> None:
-        """Write ``search.usearch``, ``search-whitening.npy`` and ``search.json`` into the run."""
-        with atomic_write(run.folder / "search.usearch") as part:
-            self.index.save(str(part))
-        with atomic_write(run.folder / "search-whitening.npy") as part, part.open("wb") as opened:
-            np.save(opened, self.whitening, allow_pickle=False)
+        """Write ``search-vectors.npy``, ``search-whitening.npy`` and ``search.json`` into the run."""
+        for name, array in (("search-vectors.npy", self.whitened), ("search-whitening.npy", self.whitening)):
+            with atomic_write(run.folder / name) as part, part.open("wb") as opened:
+                np.save(opened, array, allow_pickle=False)
         run.write_json(
             "search.json",
             {
@@ -114,16 +110,13 @@ class SurfaceIndex:
         found = cls.__new__(cls)
         found.ids, found.materials = facts["ids"], facts["materials"]
         found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        for name in ("search.usearch", "search-whitening.npy"):
+        for name, attribute in (("search-vectors.npy", "whitened"), ("search-whitening.npy", "whitening")):
             try:
-                if name == "search.usearch":
-                    found.index = Index.restore(str(run.folder / name))
-                else:
-                    found.whitening = np.load(run.folder / name, allow_pickle=False)
-            except (OSError, RuntimeError, ValueError, EOFError) as error:
+                setattr(found, attribute, np.load(run.folder / name, allow_pickle=False))
+            except (OSError, ValueError, EOFError) as error:
                 raise RunError(f"{run.folder / name}: not readable: {error}") from error
-        if found.index is None or len(found.index) != len(found.ids):
-            raise RunError(f"{run.folder / 'search.usearch'}: does not match search.json")
+        if len(found.whitened) != len(found.ids):
+            raise RunError(f"{run.folder / 'search-vectors.npy'}: does not match search.json")
         return found
 
 

@@ -12,14 +12,7 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
-from tactogram.statistics import (
-    corrected,
-    holm,
-    pooled_share,
-    share_equivalence,
-    share_of,
-    smallest_significant,
-)
+from tactogram.statistics import holm
 from tactogram_study.analysis.findings import (
     ALPHA,
     BY_P,
@@ -33,6 +26,8 @@ from tactogram_study.analysis.findings import (
     share_columns,
 )
 from tactogram_study.answers import Answers
+from tactogram_study.statistics.clustered import pooled_share
+from tactogram_study.statistics.shares import corrected, share_equivalence, share_of, smallest_significant
 
 CORRECT = "share correct"
 DPrime = Callable[[float], float]

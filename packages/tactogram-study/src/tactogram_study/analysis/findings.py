@@ -15,10 +15,8 @@ from tactogram.errors import DataError
 from tactogram_study.answers import Answers
 
 if TYPE_CHECKING:
-    from tactogram.statistics import (
-        EffectEstimate,  # with it comes statsmodels
-        ShareEstimate,
-    )
+    from tactogram_study.statistics.clustered import EffectEstimate
+    from tactogram_study.statistics.shares import ShareEstimate  # with it comes statsmodels
 
 ALPHA = 0.05
 """A difference is shown if p is below, unless the study has another."""

@@ -89,8 +89,8 @@ class Abx(Design):
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
         """Return the shares correct, over all and by texture, with the d' of ABX."""
-        from tactogram.statistics import d_prime_abx
         from tactogram_study.analysis.discrimination import analyse_discrimination
+        from tactogram_study.statistics.shares import d_prime_abx
 
         margin = plan.margins.get("abx")
         return [
@@ -105,7 +105,7 @@ class Abx(Design):
     @classmethod
     def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
         """Return the share correct in ABX at a simulated participant's d'."""
-        from tactogram.statistics import abx_share
+        from tactogram_study.statistics.shares import abx_share
 
         return abx_share(participant.d_prime)
 

@@ -135,9 +135,9 @@ class TwoArea(Design):
     @classmethod
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
         """Return the share correct, and the difference of the marks for realism."""
-        from tactogram.statistics import d_prime_2afc
         from tactogram_study.analysis.discrimination import analyse_discrimination
         from tactogram_study.designs.analysis.two_area import analyse_realism
+        from tactogram_study.statistics.shares import d_prime_2afc
 
         sections = []
         for question, rows in answers.by("question").items():

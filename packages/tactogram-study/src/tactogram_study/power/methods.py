@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics import exact_ps, share_equivalence_power
 from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.statistics.shares import exact_ps, share_equivalence_power
 
 Numbers = NDArray[np.float64]
 Truths = Mapping[str, float]

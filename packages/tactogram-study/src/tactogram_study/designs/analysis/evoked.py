@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tactogram.statistics import INK, holm, krippendorff_alpha, pooled_share, share_of
+from tactogram.statistics import INK, holm, krippendorff_alpha
 from tactogram_study.analysis.figures import title_of
 from tactogram_study.analysis.findings import (
     SHOWN,
@@ -22,6 +22,8 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import item_contrasts
 from tactogram_study.answers import Answers
+from tactogram_study.statistics.clustered import pooled_share
+from tactogram_study.statistics.shares import share_of
 
 EVOKED = "share of participants in whom it was evoked"
 

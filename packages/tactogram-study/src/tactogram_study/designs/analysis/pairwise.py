@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy import special, stats
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.statistics import BLUE, GRAY, holm, holm_rows, share_of
+from tactogram.statistics import BLUE, GRAY, holm, holm_rows
 from tactogram_study.analysis.bradley_terry import (
     LEAST,
     PRIOR_SD,
@@ -32,6 +32,7 @@ from tactogram_study.analysis.findings import (
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.power.assumptions import PowerAssumptions
 from tactogram_study.power.methods import PowerMethod, StudyBatch, Truths
+from tactogram_study.statistics.shares import share_of
 
 Numbers = NDArray[np.float64]
 TEST = "Bradley-Terry by participant"

@@ -26,7 +26,6 @@ from tactogram.statistics import (
     GRAY,
     INDEPENDENT,
     Comparison,
-    bootstrap_by_participant,
     error_figure,
     friedman_wilcoxon,
     holm,
@@ -45,6 +44,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import holm_paired, item_contrasts
 from tactogram_study.answers import Answer, Answers, Targets
+from tactogram_study.statistics.clustered import bootstrap_by_participant
 
 Numbers = NDArray[np.float64]
 

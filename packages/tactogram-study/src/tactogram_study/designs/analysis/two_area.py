@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tactogram.errors import DataError
-from tactogram.statistics import BLUE, GRAY, INK, ORANGE, mixed_difference, student_t, summary
+from tactogram.statistics import BLUE, GRAY, INK, ORANGE, student_t, summary
 from tactogram_study.analysis.figures import SLANTED, title_of
 from tactogram_study.analysis.findings import (
     AnalysisSection,
@@ -25,6 +25,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import holm_paired, paired_findings
 from tactogram_study.answers import Answers
+from tactogram_study.statistics.clustered import mixed_difference
 
 
 def analyse_realism(answers: Answers, *, margin: float | None = None) -> AnalysisSection:

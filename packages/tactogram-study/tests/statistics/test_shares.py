@@ -3,13 +3,13 @@ import pytest
 from scipy import special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.clustered import (
+from tactogram.statistics.paired import paired_equivalence, pseudomedian, signed_rank_p
+from tactogram_study.statistics.clustered import (
     bootstrap_by_participant,
     mixed_difference,
     pooled_share,
 )
-from tactogram.statistics.paired import paired_equivalence, pseudomedian, signed_rank_p
-from tactogram.statistics.shares import (
+from tactogram_study.statistics.shares import (
     abx_share,
     corrected,
     d_prime_2afc,

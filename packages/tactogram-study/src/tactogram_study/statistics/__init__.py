@@ -1,0 +1,1 @@
+"""Tests and intervals of studies alone; those that evaluation has, too, are in `tactogram.statistics`."""
