@@ -22,7 +22,9 @@ from .drive.friction_calibration import (
 from .drive.level_scaling import (
     without_constant as without_constant,
 )
-from .drive.modulation import carrier_of as carrier_of
+from .drive.modulation import (
+    carrier_of as carrier_of,
+)
 from .drive.path_playback import (
     OVERSAMPLED as OVERSAMPLED,
     copy_count as copy_count,
@@ -31,22 +33,9 @@ from .drive.strength import (
     StrengthSettings as StrengthSettings,
     strength as strength,
 )
-from .effects.effect import (
-    LEAST_S as LEAST_S,
-    LONGEST_S as LONGEST_S,
-    MOST_TRACKS as MOST_TRACKS,
-    Effect as Effect,
-    Track as Track,
-    effect_from_json as effect_from_json,
-    mixed as mixed,
-    signal_of as signal_of,
-    track_of as track_of,
-    track_of_signal as track_of_signal,
-)
-from .effects.library import (
-    ready_effects as ready_effects,
-)
 from .files.analysis import (
+    HIGHEST_HZ as HIGHEST_HZ,
+    carrier as carrier,
     envelope_of as envelope_of,
     events_of as events_of,
 )
@@ -62,6 +51,17 @@ from .files.conversion import (
 )
 from .files.documents import (
     DocumentHeader as DocumentHeader,
+)
+from .files.events import (
+    JUMP_S as JUMP_S,
+    PHONE_HZ as PHONE_HZ,
+    PULSE_S as PULSE_S,
+    Events as Events,
+    Part as Part,
+    Transient as Transient,
+    densified as densified,
+    joined as joined,
+    thinned as thinned,
 )
 from .files.reading import (
     HapticFile as HapticFile,

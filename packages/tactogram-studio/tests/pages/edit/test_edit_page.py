@@ -4,10 +4,10 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 
-from tactogram.rendering.effects import track_of
-from tactogram.rendering.effects.effect import effect_from_json
 from tactogram.rendering.files import read_haptic
 from tactogram.signal import Signal
+from tactogram_studio.effects import track_of
+from tactogram_studio.effects.effect import effect_from_json
 from tactogram_studio.workspace.shelf import ResultArchive
 
 READY = "#timeline[data-drawn]"

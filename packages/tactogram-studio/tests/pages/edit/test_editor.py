@@ -1,7 +1,7 @@
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.effects import Effect, Track, ready_effects
+from tactogram_studio.effects import Effect, Track, ready_effects
 from tactogram_studio.pages.edit.editor import Editor
 from tactogram_studio.pages.edit.exports import SavedEffects
 

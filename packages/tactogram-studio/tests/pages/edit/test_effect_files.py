@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.effects import Effect, Track, ready_effects
 from tactogram.rendering.files import haptic_formats, read_haptic
+from tactogram_studio.effects import Effect, Track, ready_effects
 from tactogram_studio.pages.edit.exports import WrittenFiles
 from tactogram_studio.pages.edit.feel import feel_path, file_by_ticket
 from tactogram_study.participants.tickets import SessionKeys

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal, cast
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import LEAST_S, LONGEST_S, MOST_TRACKS, Effect, Track
-from tactogram.rendering.effects import editing as edit
+from tactogram_studio.effects import editing as edit
+from tactogram_studio.effects.effect import LEAST_S, LONGEST_S, MOST_TRACKS, Effect, Track
 
 Operation = Literal["trim", "clear", "in", "out", "repeat"]
 MOST_STEPS = 200

@@ -13,13 +13,10 @@ from typing import Any
 from tactogram.errors import DataError
 from tactogram.rendering import (
     DocumentHeader,
-    Effect,
     HapticFile,
-    effect_from_json,
     events_of,
     file_name,
     haptic_format,
-    mixed,
     read_haptic,
     to_one_axis,
     write_haptic,
@@ -27,6 +24,7 @@ from tactogram.rendering import (
 from tactogram.signal import Signal
 from tactogram.signal.io import write_text
 from tactogram.text_files import read_json, read_text
+from tactogram_studio.effects.effect import Effect, effect_from_json, mixed
 from tactogram_studio.workspace.dated_folders import DatedFolders
 from tactogram_studio.workspace.uploads import check_upload
 

@@ -7,9 +7,10 @@ from typing import Any
 
 from nicegui import ui
 
-from tactogram.rendering import Effect, haptic_format, haptic_formats, signal_of
+from tactogram.rendering import haptic_format, haptic_formats
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.effects.effect import Effect, signal_of
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
 from tactogram_studio.pages.edit.feel import feel_path
 from tactogram_studio.pages.edit.sources_view import EFFECT

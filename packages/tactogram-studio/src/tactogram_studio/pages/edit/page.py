@@ -9,9 +9,9 @@ from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering import Effect, Track, signal_of
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.effects.effect import Effect, Track, signal_of
 from tactogram_studio.pages.edit.editor import Editor
 from tactogram_studio.pages.edit.exports import SavedEffects, WrittenFile, WrittenFiles
 from tactogram_studio.pages.edit.feel import add_feel_routes

@@ -8,9 +8,11 @@ from functools import partial
 from nicegui import ui
 
 from tactogram.errors import DataError
-from tactogram.rendering import Track, effect_from_json, ready_effects, to_one_axis, track_of, track_of_signal
+from tactogram.rendering import to_one_axis
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.effects.effect import Track, effect_from_json, track_of, track_of_signal
+from tactogram_studio.effects.library import ready_effects
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
 from tactogram_studio.workspace.sources import SignalSources
 

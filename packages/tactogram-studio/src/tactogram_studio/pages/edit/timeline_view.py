@@ -10,8 +10,8 @@ from typing import Any
 from nicegui import events, ui
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import Track
 from tactogram_studio import kit
+from tactogram_studio.effects.effect import Track
 from tactogram_studio.pages.edit.editor import LINES, TONE, Editor, Operation
 
 TOOLS = {"select": "Select", "draw": "Draw", "transient": "Add transients"}

@@ -9,7 +9,8 @@ from typing import Literal
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.effects.effect import (
+from tactogram.rendering import HIGHEST_HZ, thinned
+from tactogram_studio.effects.effect import (
     DIGITS,
     LEAST_S,
     LONGEST_S,
@@ -21,8 +22,6 @@ from tactogram.rendering.effects.effect import (
     mixed,
     track_of,
 )
-from tactogram.rendering.files.analysis import HIGHEST_HZ
-from tactogram.rendering.files.events import thinned
 
 Line = Literal["amplitude", "frequency"]
 RANGES: dict[str, tuple[float, float]] = {"amplitude": (0.0, 1.0), "frequency": (LOWEST_HZ, HIGHEST_HZ)}

@@ -2,7 +2,11 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.effects import (
+from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
+from tactogram.rendering.files.analysis import envelope_of
+from tactogram.rendering.files.events import Events, Transient as Tap
+from tactogram.signal import Signal
+from tactogram_studio.effects import (
     Effect,
     Point,
     Track,
@@ -12,12 +16,8 @@ from tactogram.rendering.effects import (
     track_of,
     track_of_signal,
 )
-from tactogram.rendering.effects.editing import shifted
-from tactogram.rendering.effects.effect import effect_from_json, signal_of
-from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
-from tactogram.rendering.files.analysis import envelope_of
-from tactogram.rendering.files.events import Events, Transient as Tap
-from tactogram.signal import Signal
+from tactogram_studio.effects.editing import shifted
+from tactogram_studio.effects.effect import effect_from_json, signal_of
 
 
 def tone(amplitude, hz, *, start=0.0, end=1.0, **values):

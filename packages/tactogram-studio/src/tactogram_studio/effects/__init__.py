@@ -1,6 +1,6 @@
 """Drawn haptic effects: tracks of an amplitude, a frequency and transients, their editing and their mix."""
 
-from tactogram.rendering.effects.effect import (
+from tactogram_studio.effects.effect import (
     Effect as Effect,
     Point as Point,
     Track as Track,
@@ -9,4 +9,4 @@ from tactogram.rendering.effects.effect import (
     track_of as track_of,
     track_of_signal as track_of_signal,
 )
-from tactogram.rendering.effects.library import ready_effects as ready_effects
+from tactogram_studio.effects.library import ready_effects as ready_effects

@@ -11,20 +11,22 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.drive.axes import to_one_axis
-from tactogram.rendering.drive.level_scaling import without_constant
-from tactogram.rendering.files.analysis import HIGHEST_HZ, carrier, events_of
-from tactogram.rendering.files.conversion import GRAVITY
-from tactogram.rendering.files.events import (
+from tactogram.rendering import (
+    GRAVITY,
+    HIGHEST_HZ,
     JUMP_S,
     PHONE_HZ,
     PULSE_S,
     Events,
     Part,
     Transient as Tap,
+    carrier,
     densified,
+    events_of,
     joined,
     thinned,
+    to_one_axis,
+    without_constant,
 )
 from tactogram.signal import Signal
 from tactogram.validation import validated

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.effects import Effect, Point, Track, Transient, editing as edit
-from tactogram.rendering.effects.effect import LEAST_S
+from tactogram_studio.effects import Effect, Point, Track, Transient, editing as edit
+from tactogram_studio.effects.effect import LEAST_S
 
 
 def line(*pairs):

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from tactogram.rendering.effects.editing import repeated
-from tactogram.rendering.effects.effect import Point, Track, Transient
 from tactogram.text_files import read_toml
+from tactogram_studio.effects.editing import repeated
+from tactogram_studio.effects.effect import Point, Track, Transient
 
 FILE = Path(__file__).with_name("library.toml")
 
