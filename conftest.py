@@ -7,9 +7,6 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from tactogram_capture.stream.raw_log import RawLog
-from tactogram_capture.twelite.simulator import transmissions
-
 # The same examples in every run: a failure is seen by whoever runs the tests next, and never by chance alone.
 # Search further with HYPOTHESIS_PROFILE=search.
 settings.register_profile("repeatable", derandomize=True, deadline=None)
@@ -89,6 +86,9 @@ def real_data_fixture():
 @pytest.fixture(scope="session")
 def write_log():
     """Give a function that writes the output of a simulated receiver to a new raw log, as if read live."""
+
+    from tactogram_capture.stream.raw_log import RawLog
+    from tactogram_capture.twelite.simulator import transmissions
 
     def write(path, receiver, *, start_s=0.0):
         sent = list(transmissions(receiver))
