@@ -30,9 +30,11 @@ def test_every_command_of_the_documents_is_one():
     verbs = set(re.findall(r"tactogram ([a-z]+)(?= |`|\n)", text))
     assert verbs
     for verb in sorted(verbs):
-        with pytest.raises(SystemExit) as ended:
-            main([verb, "--help"])
-        assert ended.value.code == 0, verb
+        try:
+            status = main([verb, "--help"])
+        except SystemExit as ended:
+            status = ended.code
+        assert status == 0, verb
 
 
 def test_every_link_of_the_documents_leads_somewhere():

@@ -177,15 +177,13 @@ def _default(info: FieldInfo) -> Any:
 
 
 def label_of(model: type[BaseModel], key: str) -> str:
-    """Return a setting's label: that of its design, if it has one."""
-    return _own(model).get(key) or LABELS.get(key) or key.replace("_", " ").capitalize()
+    """Return a setting's label: the title of its field, if it has one."""
+    field = model.model_fields.get(key)
+    return (field and field.title) or LABELS.get(key) or key.replace("_", " ").capitalize()
 
 
 def choices_of(model: type[BaseModel], key: str, values: Sequence[str]) -> dict[str, str]:
     """Return the titles of a setting's choices by value."""
-    own, titles = _own(model), CHOICES.get(key, {})
+    own = model.labels if issubclass(model, Design) else {}
+    titles = CHOICES.get(key, {})
     return {value: own.get(f"{key}.{value}") or titles.get(value, value) for value in values}
-
-
-def _own(model: type[BaseModel]) -> Mapping[str, str]:
-    return model.labels if issubclass(model, Design) else {}
