@@ -83,22 +83,12 @@ def real_data_fixture():
     return real_data
 
 
-@pytest.fixture(scope="session")
-def write_log():
-    """Give a function that writes the output of a simulated receiver to a new raw log, as if read live."""
+@pytest.fixture(name="write_log", scope="session")
+def write_log_fixture():
+    """Give `tactogram_capture.twelite.simulator.write_log`."""
+    from tactogram_capture.twelite.simulator import write_log
 
-    from tactogram_capture.stream.raw_log import RawLog
-    from tactogram_capture.twelite.simulator import transmissions
-
-    def write(path, receiver, *, start_s=0.0):
-        sent = list(transmissions(receiver))
-        with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
-            for one in sent:
-                if one.data:
-                    log.write(one.data, round(start_s + one.time_s, 6))
-        return len(sent)
-
-    return write
+    return write_log
 
 
 # -- a small store of made-up textures that every job can be tried on, and a classifier trained on it ---------

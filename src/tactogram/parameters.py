@@ -22,7 +22,6 @@ from tactogram.errors import ParameterError, shown
 
 Positive = Annotated[float, Gt(0)]
 Count = Annotated[int, Ge(1)]
-Seed = Annotated[int, Ge(0)]
 Share = Annotated[float, Ge(0), Le(1)]
 Settings = dict[str, Any]
 """Values by name, of any type: on the command line ``KEY=VALUE``, read as TOML."""

@@ -38,6 +38,21 @@ def test_every_verb_is_one():
 
 
 @pytest.mark.parametrize(
+    ("words", "extra"),
+    [
+        ("studio --port 0", "studio"),
+        ("study run abx", "studio"),
+        ("study list", "study"),
+        ("live", "capture"),
+    ],
+)
+def test_a_verb_of_a_distribution_that_is_missing_names_its_extra(words, extra):
+    installed = [verb for verb in verb_places() if verb.split()[0] not in ("studio", "study", "live")]
+    installed += ["study list"] if extra == "studio" else []
+    assert f"pip install 'tactogram[{extra}]'" in nearest_verb(words.split(), installed)
+
+
+@pytest.mark.parametrize(
     ("message", "name"),
     [
         ("--material must be one of carpet, tile, got 'tiel'", "tile"),

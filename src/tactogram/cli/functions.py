@@ -134,15 +134,15 @@ def _form(kind: Any) -> Any:
 
 def _converted(name: str, value: Any, kind: Any) -> Any:
     """Return ``KEY=VALUE`` texts as a mapping, and a list separated by commas as a tuple."""
-    from tactogram.cli.verbs import _listed, _mapping
+    from tactogram.cli.verbs import mapping_of, tuple_of
 
     if value is None:
         return None
     for one in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
         if _is_mapping(one):
-            return _mapping(value, get_args(one)[1], spelt(name), "KEY=VALUE")
+            return mapping_of(value, get_args(one)[1], spelt(name), "KEY=VALUE")
         if _is_list(one):
-            return _listed(value, get_args(one)[0], spelt(name))
+            return tuple_of(value, get_args(one)[0], spelt(name))
     return value
 
 

@@ -21,15 +21,6 @@ EXTRAS = {
     "studio": ("studio", "study run"),
     "benchmark": ("benchmark", "reproduce", "table"),
 }
-"""Verbs, or the words of groups, that further distributions of the project have, by the extra that installs them."""
-
-
-EXTRAS = {
-    "capture": ("capture", "capture-log", "live", "sources", "device"),
-    "study": ("study",),
-    "studio": ("studio", "study run"),
-    "benchmark": ("benchmark", "reproduce", "table"),
-}
 """Verbs and groups of the project's further distributions, by the extra that installs them."""
 
 

@@ -121,4 +121,5 @@ def ratings_text(facts: Mapping[str, Any]) -> str:
         size = "-" if known["icc_items"] is None else f"{known['icc_items']} x {known['icc_raters']}"
         cells = ["-" if known[name] is None else f"{known[name]:.2f}" for name in names]
         rows.append((word, *cells, size))
-    return "\n".join(lines) + "\n" + columns(rows)
+    lacking = [f"no alpha: {agreed['alpha_missing']}"] if "alpha_missing" in agreed else []
+    return "\n".join([*lines, columns(rows), *lacking])

@@ -148,13 +148,13 @@ def _converted(value: Any, kind: Any, flag: str, form: str) -> Any:
     if kind is bool:
         return value if isinstance(value, bool) else value == "on"
     if origin is Mapping:
-        return _mapping(value, inner[1], flag, form)
+        return mapping_of(value, inner[1], flag, form)
     if origin is tuple:
-        return _listed(value, inner[0], flag) if inner[-1] is ... else tuple(value)
+        return tuple_of(value, inner[0], flag) if inner[-1] is ... else tuple(value)
     return value
 
 
-def _mapping(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str, Any]:
+def mapping_of(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str, Any]:
     """Return ``KEY=VALUE`` texts by key: numbers also separated by commas; values of any type are read as TOML."""
     if kind is Any:
         from tactogram.recipe import parse_changes
@@ -177,7 +177,8 @@ def _mapping(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str,
     return pairs
 
 
-def _listed(text: str, kind: Any, flag: str) -> tuple[Any, ...]:
+def tuple_of(text: str, kind: Any, flag: str) -> tuple[Any, ...]:
+    """Return the parts of a text that commas separate; `ParameterError` if one is not of the ``kind``."""
     try:
         return tuple(kind(part.strip()) for part in text.split(",") if part.strip())
     except ValueError:

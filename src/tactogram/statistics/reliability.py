@@ -8,6 +8,7 @@ of statsmodels' analysis of variance.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Literal
 
 import numpy as np
@@ -61,8 +62,6 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     float or None
         None if no item has two scores, or all scores are alike.
     """
-    # Imports a whole toolkit, which takes seconds.
-    agreement = imported("nltk.metrics.agreement", extra="statistics", what="Krippendorff's alpha")
     table = _table(scores)
     if level not in LEVELS:
         raise ParameterError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
@@ -73,11 +72,16 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
         return None
     distance = _distances(values, np.bincount(codes), level)
     items, raters = np.nonzero(present)
-    task = agreement.AnnotationTask(
+    task = alpha_library().AnnotationTask(
         data=list(zip(raters.tolist(), items.tolist(), codes.tolist(), strict=True)),
         distance=lambda a, b: float(distance[a, b]),
     )
     return float(task.alpha())
+
+
+def alpha_library() -> ModuleType:
+    """Return the module that computes alpha: a whole toolkit, which takes seconds; errors as of `imported`."""
+    return imported("nltk.metrics.agreement", extra="statistics", what="Krippendorff's alpha")
 
 
 def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:

@@ -7,12 +7,12 @@ import pytest
 import soundfile
 
 from tactogram.cli import main
-from tactogram.cli.printing import shortened
+from tactogram.cli.printing import ratings_text, shortened
 from tactogram.datasets import EVOKED, Ratings, Recording, create_store, open_store
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.store.store import problems
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, MissingExtraError, ParameterError
 from tactogram.signal import Signal
 from tactogram.workflows.data.rating_summary import ratings_info
 from tactogram.workflows.data.rating_tables import rate_store
@@ -222,3 +222,15 @@ def test_long_lists_of_names_are_told_by_number():
     assert shortened(names[:12]) == names[:12]
     assert shortened(dict.fromkeys(names, 1))["…"] == "(320 in all)"
     assert shortened(dict.fromkeys(names[:40], 1)) == dict.fromkeys(names[:40], 1)
+
+
+def test_without_the_library_of_alpha_the_rest_is_told_and_what_to_install(store, tmp_path, monkeypatch):
+    def missing(*_, **__):
+        raise MissingExtraError("nltk is needed for Krippendorff's alpha; install the extra statistics")
+
+    monkeypatch.setattr("tactogram.statistics.reliability.imported", missing)
+    rate_store(store, [wide(tmp_path / "t.csv", ["plate01", "plate02", "plate03"])])
+    found = ratings_info(open_store(store).ratings)
+    assert "install the extra statistics" in found["reliability"]["alpha_missing"]
+    assert {known["alpha"] for known in found["reliability"]["words"].values()} == {None}
+    assert "no alpha: nltk is needed" in ratings_text(found)

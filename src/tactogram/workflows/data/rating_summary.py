@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Scale
 from tactogram.errors import MissingExtraError
-from tactogram.statistics.reliability import Level, intraclass_correlation, krippendorff_alpha
+from tactogram.statistics.reliability import Level, alpha_library, intraclass_correlation, krippendorff_alpha
 
 
 def ratings_info(ratings: Ratings) -> dict[str, Any]:
@@ -19,14 +19,14 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
     Keys of the result: ``scale``, ``words``, ``items``, ``raters``, ``scores``; ``missing``: ``blank`` (words without a
     score where the rater scored others of the item, in all), ``blank_by_rater``, and ``not_met`` (pairs of a rater and
     an item without any score); ``reliability``: ``level``, ``words``: of each ``mean``, ``sd``, ``alpha``,
-    ``icc_single``, ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed; ``alpha`` also
-    without the extra ``statistics``).
+    ``icc_single``, ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed);
+    ``alpha_missing``: why no alpha is there, without the extra ``statistics``.
     """
     cube = ratings.cube
     given = np.asarray(~np.isnan(cube))
     met = np.asarray(given.any(axis=2))
     blank = (~given & met[:, :, None]).sum((0, 2))
-    level = _level(ratings.scale)
+    level, missing = _level(ratings.scale), _alpha_missing()
     return {
         "scale": asdict(ratings.scale),
         "words": list(ratings.words),
@@ -42,17 +42,20 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
         },
         "reliability": {
             "level": level,
-            "words": {word: _word(cube[:, :, place], level) for place, word in enumerate(ratings.words)},
+            "words": {
+                word: _word(cube[:, :, place], level, missing) for place, word in enumerate(ratings.words)
+            },
+            **({"alpha_missing": missing} if missing else {}),
         },
     }
 
 
-def _word(scores: NDArray[np.float64], level: Level) -> dict[str, float | int | None]:
+def _word(scores: NDArray[np.float64], level: Level, missing: str) -> dict[str, float | int | None]:
     given = scores[~np.isnan(scores)]
     known: dict[str, float | int | None] = {
         "mean": float(given.mean()) if given.size else None,
         "sd": float(given.std(ddof=1)) if given.size > 1 else None,
-        "alpha": _alpha(scores, level),
+        "alpha": None if missing else krippendorff_alpha(scores, level=level),
     }
     found = intraclass_correlation(scores)
     return known | {
@@ -63,12 +66,13 @@ def _word(scores: NDArray[np.float64], level: Level) -> dict[str, float | int | 
     }
 
 
-def _alpha(scores: NDArray[np.float64], level: Level) -> float | None:
-    """Return Krippendorff's alpha; None without the extra that computes it."""
+def _alpha_missing() -> str:
+    """Return what is to be installed for Krippendorff's alpha; empty if it can be computed."""
     try:
-        return krippendorff_alpha(scores, level=level)
-    except MissingExtraError:
-        return None
+        alpha_library()
+    except MissingExtraError as error:
+        return str(error)
+    return ""
 
 
 def _level(scale: Scale) -> Level:

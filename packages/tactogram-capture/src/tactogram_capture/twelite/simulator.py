@@ -8,6 +8,7 @@ import select
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from time import monotonic
 from typing import Any, Self
 
@@ -19,6 +20,7 @@ from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.source import SourceEnded, SourceLost
 from tactogram_capture.stream.byte_source import SerialPort
+from tactogram_capture.stream.raw_log import RawLog
 from tactogram_capture.twelite.messages import (
     FIFO_SAMPLES,
     MILLI_G,
@@ -98,6 +100,16 @@ def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> 
         wrong = _damaged(data, receiver.corrupt, rng) if receiver.corrupt else data
         samples = (counts * UNITS_BY_MODE[receiver.mode]).astype(np.float32)
         yield Transmission(now, wrong, sequence, samples, wrong != data)
+
+
+def write_log(path: Path, receiver: SimulatedReceiver, *, start_s: float = 0.0) -> int:
+    """Write what a simulated receiver sends to a new raw log, as if read live; return the number of packets."""
+    sent = list(transmissions(receiver))
+    with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
+        for one in sent:
+            if one.data:
+                log.write(one.data, round(start_s + one.time_s, 6))
+    return len(sent)
 
 
 def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64], time_s: float) -> bytes:
