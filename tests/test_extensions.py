@@ -86,6 +86,7 @@ OTHER_MEANINGS = {
     ("capture source", "tactogram_capture/logs.py", "twelite"): "a kind of log",
     ("capture source", "tactogram_capture/stream/csv_source.py", "serial"): "a kind of log",
     ("capture source", "tactogram_capture/twelite/source.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/twelite/simulator.py", "twelite"): "a kind of log",
     ("capture source", "tactogram_capture/workflows/requests.py", "serial"): "a kind of log",
     ("capture source", "tactogram_capture/workflows/requests.py", "twelite"): "a kind of log",
     ("capture source", "tactogram_capture/stream/byte_source.py", "serial"): "a library",
