@@ -135,3 +135,26 @@ def test_a_wrong_argument_is_named_with_its_value_and_what_is_expected(name, val
 def test_options_are_spelt_like_parameters_but_for_some():
     flags = flags_of(VERB)
     assert (flags["source"], flags["rate"], flags["changes"]) == ("source", "--rate", "--set")
+
+
+def shown(out: Path | str = "", *, show):
+    """Print while running.
+
+    Parameters
+    ----------
+    out : Path or str
+        A file.
+    """
+    show({"out": str(out)}, f"wrote {out}")
+
+
+def test_a_function_may_print_by_itself(capsys):
+    assert run("shown", FunctionVerb(f"{__name__}:shown", str), ["a.wav"]) == 0
+    assert capsys.readouterr().out == "wrote a.wav\n"
+
+
+def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
+    verb = VERB._replace(status=lambda result: result["count"], listing=("list", lambda show: show([], "all")))
+    assert run("mix", verb, ["--list"]) == 0
+    assert capsys.readouterr().out == "all\n"
+    assert run("mix", verb, ["a.wav", "--count", "4"]) == 4

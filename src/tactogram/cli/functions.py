@@ -6,13 +6,23 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
+from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from tactogram.cli.folders import FOLDERS, further_folders
 from tactogram.cli.printing import Printer
 
-SPELLING = {"changes": "--set", "model_folders": "--models", "purpose": "--for", "find_s": "--find"}
+SPELLING = {
+    "changes": "--set",
+    "columns": "--column",
+    "constants": "--constant",
+    "find_s": "--find",
+    "margins": "--margin",
+    "model_folders": "--models",
+    "purpose": "--for",
+    "raters": "--rater",
+}
 """Options that are not spelt like their parameters."""
 
 
@@ -20,8 +30,16 @@ def _no_notes(result: Any) -> Iterable[str]:
     return ()
 
 
+def _ok(result: Any) -> int:
+    return 0
+
+
 class FunctionVerb(NamedTuple):
-    """A verb: its function as ``module:name``, and the text of its result for people."""
+    """A verb: its function as ``module:name``, and the text of its result for people.
+
+    A parameter ``progress`` of the function gets the progress bar, and ``show`` the `Printer`, for a verb that prints
+    while it runs; a result of None is not printed.
+    """
 
     function: str
     text: Callable[[Any], str]
@@ -29,6 +47,10 @@ class FunctionVerb(NamedTuple):
     """Lines for stderr."""
     folders: tuple[str, ...] = ()
     """Names of the `FOLDERS` that it accepts."""
+    status: Callable[[Any], int] = _ok
+    """Exit status of a result."""
+    listing: tuple[str, Callable[[Printer], None]] | None = None
+    """Help and function of ``--list``, which needs no other option."""
 
     def load(self) -> Callable[..., Any]:
         """Import and return the function."""
@@ -41,6 +63,7 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
     """Run a verb with the arguments of the command line; return its exit status, 2 for wrong usage."""
     from cyclopts import App, CycloptsError
 
+    from tactogram.cli.verbs import UsageError
     from tactogram.parameters import parameters, summary
 
     function = verb.load()
@@ -56,24 +79,37 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
 
     def call(*positional: Any, **options: Any) -> int:
         show = Printer(json=options.pop("json", False), quiet=options.pop("quiet", False))
+        if options.pop("list", False) and verb.listing is not None:
+            verb.listing[1](show)
+            return 0
         kinds = {one.name: one.kind for one in parameters(function)}
         options = {name: _converted(name, value, kinds.get(name)) for name, value in options.items()}
         further_folders({name: options.pop(name, ()) for name in verb.folders})
-        if "progress" in signature(function).parameters:
+        if out := options.get("out") or options.get("table"):
+            _check_out(out)
+        taken = signature(function).parameters
+        if "show" in taken:
+            options["show"] = show
+        if "progress" in taken:
             with show.progress() as progress:
                 result = function(*positional, **options, progress=progress)
         else:
             result = function(*positional, **options)
+        if result is None:
+            return 0
         show(result, verb.text(result))
         show.notes(verb.notes(result))
-        return 0
+        return verb.status(result)
 
-    call.__signature__ = options_of(function, verb.folders)  # type: ignore[attr-defined]
+    listing = verb.listing is not None and "--list" in arguments
+    call.__signature__ = options_of(  # type: ignore[attr-defined]
+        None if listing else function, verb.folders, "" if verb.listing is None else verb.listing[0]
+    )
     call.__doc__, call.__annotations__ = summary(function), {}  # cyclopts reads the signature alone
     app.default(call)
     try:
         return app(arguments) or 0
-    except CycloptsError as error:
+    except (CycloptsError, UsageError) as error:
         sys.stderr.write(
             f"tactogram {words}: {str(error).rstrip('.')}; `tactogram {words} --help` lists its options\n"
         )
@@ -92,8 +128,13 @@ def flags_of(verb: FunctionVerb) -> dict[str, str]:
     return {one.name: one.name if one.positional else spelt(one.name) for one in parameters(verb.load())}
 
 
-def options_of(function: Callable[..., Any], folders: Sequence[str] = ()) -> Signature:
-    """Return the signature that cyclopts parses: arguments by place, options by name, ``--json`` and ``--quiet``."""
+def options_of(
+    function: Callable[..., Any] | None, folders: Sequence[str] = (), listing: str = ""
+) -> Signature:
+    """Return the signature that cyclopts parses: arguments by place, options by name, ``--json`` and ``--quiet``.
+
+    ``function`` is None for ``--list``, whose help ``listing`` is.
+    """
     from cyclopts import Parameter
 
     from tactogram.parameters import parameters
@@ -114,9 +155,11 @@ def options_of(function: Callable[..., Any], folders: Sequence[str] = ()) -> Sig
             one.text,
             positional=one.positional,
         )
-        for one in parameters(function)
+        for one in (parameters(function) if function is not None else ())
     ]
     made += [argument(name, list[str], (), FOLDERS[name]) for name in folders]
+    if listing:
+        made.append(argument("list", bool, False, listing))
     made.append(argument("json", bool, False, "print one JSON object"))
     made.append(argument("quiet", bool, False, "show no progress"))
     return Signature(made)
@@ -153,3 +196,10 @@ def _is_mapping(kind: Any) -> bool:
 
 def _is_list(kind: Any) -> bool:
     return get_origin(kind) is tuple and get_args(kind)[-1] is ...
+
+
+def _check_out(out: str | Path) -> None:
+    """Refuse an ``--out`` that cannot be written, whatever the verb: its results may take hours to compute."""
+    from tactogram.signal.io.writable import check_writable
+
+    check_writable(Path(out), folder=Path(out).is_dir())
