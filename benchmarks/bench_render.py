@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.family import display_family
+from tactogram.rendering.displays.catalogue import display_family, open_display, shipped
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal

@@ -20,7 +20,7 @@ from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.backends import Clock, run_miniaudio, run_unpaced
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.output import DisplayOutput, Stream
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
+from tactogram.rendering.streaming.recorded_motion import SimulatedHand
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise

@@ -31,8 +31,8 @@ from benchmarks.bench_streaming import made_up, made_up_noise
 from tactogram.rendering.streaming.backends import run_unpaced
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.output import Stream
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.surface import SurfaceTexture
+from tactogram.rendering.streaming.recorded_motion import SimulatedHand
+from tactogram.rendering.streaming.textures import SurfaceTexture
 from tactogram.signal import Signal
 from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
 from tactogram_studio.pages.touch.tables import table_of_map, table_of_signal

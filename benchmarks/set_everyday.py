@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.experiments.real_surfaces import band_levels, levels, slopes, spectrum_of
-from tactogram.datasets.simulate import everyday, sets
+from tactogram.datasets.simulate import materials, sets
 from tactogram.datasets.simulate.stroke import RecordingTask
 from tactogram.datasets.simulate.surfaces import Grating
 
@@ -28,8 +28,8 @@ FLATTEST, STEEPEST = 1.0, 4.0
 
 def figures(number, felt, rms_mm=0.0, beta=3.0):
     """Return level and slope of a surface of whose structure a share is felt, and a ground."""
-    drawn = list(everyday.DRAWN)
-    drawn[number] = everyday.as_measured(drawn[number], felt, rms_mm, beta)
+    drawn = list(materials.DRAWN)
+    drawn[number] = materials.as_measured(drawn[number], felt, rms_mm, beta)
     sets.SETS = {**sets.SETS, "everyday": replace(sets.SETS["everyday"], surfaces=tuple(drawn))}
     bands = []
     for take in range(TAKES):
@@ -43,8 +43,8 @@ def figures(number, felt, rms_mm=0.0, beta=3.0):
 
 def main():
     """Print the table."""
-    names = [surface.name for surface in everyday.DRAWN]
-    kinds = [everyday.ROWS[name]["kind"] for name in names]
+    names = [surface.name for surface in materials.DRAWN]
+    kinds = [materials.ROWS[name]["kind"] for name in names]
     felt, rms_mm, beta = (np.full(len(names), value) for value in (1.0, 0.03, 3.0))
     with ProcessPoolExecutor() as pool:
 
@@ -53,10 +53,10 @@ def main():
 
         found = measured(felt)
         targets = np.empty_like(found)
-        for kind, (level, slope, _) in everyday.KINDS.items():
+        for kind, (level, slope, _) in materials.KINDS.items():
             own = np.array([each == kind for each in kinds])
             targets[own] = (level, slope) + OWN * (found[own] - found[own].mean(0))
-        weaker = np.array([RIBS_DB if ribbed(surface) else STRUCTURE_DB for surface in everyday.DRAWN])
+        weaker = np.array([RIBS_DB if ribbed(surface) else STRUCTURE_DB for surface in materials.DRAWN])
         felt = louder(felt, targets[:, 0] - found[:, 0])
         for _ in range(2):
             felt = louder(felt, targets[:, 0] - measured(felt)[:, 0] - weaker)

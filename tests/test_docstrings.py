@@ -18,7 +18,7 @@ MODULES = (
     "tactogram.model.batch_share",
     "tactogram.datasets.recording",
     "tactogram.datasets.store.writing",
-    "tactogram.datasets.store.copying",
+    "tactogram.datasets.store.writing",
     "tactogram.datasets.ratings.ratings",
     "tactogram.datasets.ratings.table",
     "tactogram.statistics.comparison",

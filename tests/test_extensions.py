@@ -18,8 +18,7 @@ from tactogram.datasets import Recording, create_store, open_store
 from tactogram.datasets.importer import IMPORTERS
 from tactogram.evaluation.measures.measure import MEASURES
 from tactogram.plugins import PluginGroup
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.family import FAMILIES
+from tactogram.rendering.displays.catalogue import FAMILIES, open_display
 from tactogram.rendering.files.catalogue import FORMATS, haptic_formats
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.output import DisplayOutput
@@ -71,7 +70,7 @@ KINDS = {
 }
 OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
-    ("haptic format", "rendering/displays/family.py", "vibration"): "what a display renders",
+    ("haptic format", "rendering/displays/catalogue.py", "vibration"): "what a display renders",
     ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
     ("haptic format", "rendering/files/loss.py", "vibration"): "a kind of event",
     ("display family", "tactogram_capture/workflows/requests.py", "linear"): "a way to fill gaps",

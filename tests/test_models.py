@@ -506,7 +506,7 @@ def _array(value):
 @pytest.mark.slow
 def test_the_classifiers_network_gives_the_same_in_onnxruntime(tmp_path):
     pytest.importorskip("onnxscript", reason="the extra export is not installed")
-    from tactogram.workflows.training.onnx_export import export_network
+    from tactogram.workflows.training.export import export_network
 
     [network] = once(models.find("stroke_cnn")).exported_networks().values()
     described = export_network(network, tmp_path / "network.onnx")

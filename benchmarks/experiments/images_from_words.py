@@ -21,7 +21,7 @@ from torch import Tensor
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.distances import ImageQuality
-from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
+from tactogram.evaluation.pictures.figures import GeneratorRow, generated_figure
 from tactogram.evaluation.pictures.networks import TrunkDistance
 from tactogram.evaluation.report import save_figure
 from tactogram.models.texture_flow.image_learner import ImageFlowLearner

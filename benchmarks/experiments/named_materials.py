@@ -16,7 +16,7 @@ from typing import Any
 
 from benchmarks.experiments.one_stroke import Make, distances, generated, means, table
 from tactogram.datasets.simulate import make, tasks
-from tactogram.datasets.simulate.everyday import SYNONYMS
+from tactogram.datasets.simulate.materials import SYNONYMS
 from tactogram.datasets.simulate.stroke import RecordingTask
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe

@@ -22,11 +22,10 @@ import torch
 from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings
-from tactogram.datasets.simulate.display_signals import drives
 from tactogram.datasets.simulate.raters import SimulatedRater, draw_people, score_vibrations
+from tactogram.datasets.simulate.studies import drives
 from tactogram.evaluation.checkpoint_selection import SelectionRule, choose
-from tactogram.evaluation.ratings.label_following import label_fidelity
-from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
+from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, label_fidelity
 from tactogram.models.ultrasonic_cgan import Config
 from tactogram.models.ultrasonic_cgan.spectra import display_spectra
 from tactogram.signal import Signal

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Store
-from tactogram.datasets.simulate.metal_plates import PLATES
+from tactogram.datasets.simulate.materials import PLATES
 from tactogram.datasets.simulate.raters import SimulatedRater, draw_people, score_plates, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.label_following import label_fidelity
-from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, reproduction
+from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT, label_fidelity, reproduction
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import straight_to_display
 from tactogram.workflows.progress import ProgressCallback

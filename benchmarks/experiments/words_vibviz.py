@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import RecordingInfo, Store, open_store
 from tactogram.errors import DataError, ParameterError
-from tactogram.evaluation.ratings.label_following import label_fidelity
+from tactogram.evaluation.ratings.reproduction import label_fidelity
 from tactogram.signal import Signal
 from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.ratings import predicted_ratings

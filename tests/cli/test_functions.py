@@ -154,7 +154,9 @@ def test_a_function_may_print_by_itself(capsys):
 
 
 def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
-    verb = VERB._replace(status=lambda result: result["count"], listing=("list", lambda show: show([], "all")))
+    verb = VERB._replace(
+        status=lambda result: result["count"], listing=("list", lambda show: show([], "all"))
+    )
     assert run("mix", verb, ["--list"]) == 0
     assert capsys.readouterr().out == "all\n"
     assert run("mix", verb, ["a.wav", "--count", "4"]) == 4

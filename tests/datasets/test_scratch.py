@@ -6,7 +6,7 @@ import time
 import pytest
 
 from tactogram.datasets.scratch import LOCK_FILE, prefix, scratch, scratch_of
-from tactogram.signal.io.locks import lock
+from tactogram.signal.io.atomic import lock
 
 
 @pytest.fixture(autouse=True)

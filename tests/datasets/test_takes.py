@@ -6,8 +6,8 @@ import soundfile
 
 from tactogram.cli import main
 from tactogram.datasets import open_store
-from tactogram.datasets.kinds import by_kind, in_one_line
 from tactogram.datasets.mapping import read_mapping
+from tactogram.datasets.reading import by_kind, in_one_line
 from tactogram.datasets.takes import takes
 from tactogram.errors import DataError
 from tactogram.workflows.data.stores import import_store

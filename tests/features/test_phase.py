@@ -5,7 +5,7 @@ from scipy.signal import butter, get_window, hilbert, sosfilt
 
 from tactogram.errors import ParameterError
 from tactogram.features import STFT, recover, spectral_convergence
-from tactogram.features.phase_gradient import gradient_phase, window_gamma
+from tactogram.features.phase import gradient_phase, window_gamma
 
 HANN = STFT(256, 64)
 

@@ -8,8 +8,8 @@ import torch.nn.functional as F
 from torch import nn
 
 from tactogram.errors import ParameterError
-from tactogram.models.visual_tactile_gan.networks import ConditionalBatchNorm
-from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_loss
+from tactogram.models.visual_tactile_gan.learner import ConditionalBatchNorm
+from tactogram.nn.adversarial_networks import adversarial_loss, feature_matching_loss
 from tactogram.nn.initial_weights import normal_
 from tactogram.nn.patch_discriminator import MultiScaleDiscriminator, PatchDiscriminator
 from tactogram.nn.unet import UNet

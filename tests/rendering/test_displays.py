@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.catalogue import open_display, shipped
-from tactogram.rendering.displays.family import FAMILIES, display_family
+from tactogram.rendering.displays.catalogue import FAMILIES, display_family, open_display, shipped
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal

@@ -11,8 +11,7 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import NoiseProcess, parameters_of, synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
 from tactogram.signal.tone_fit import split_tones
-from tactogram.signal.tone_synthesis import synthesise_tones
-from tactogram.signal.tones import Tones, mix_tones, no_tones, share_pattern
+from tactogram.signal.tones import Tones, mix_tones, no_tones, share_pattern, synthesise_tones
 
 RATE, BAND = 1000.0, band_edges(1000.0)[[0, -1]]
 

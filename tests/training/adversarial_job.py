@@ -9,8 +9,8 @@ import torch
 from torch import nn
 
 from tactogram.model import BatchShare
-from tactogram.nn.adversarial_loss import gradient_penalty
-from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.adversarial_networks import gradient_penalty
+from tactogram.nn.initial_weights import bare, fixed
 from tactogram.recipe import TrainingSettings
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import mean_over_processes

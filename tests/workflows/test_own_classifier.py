@@ -9,8 +9,8 @@ from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.hub_folder import export_run, import_run
 from tactogram.workflows.training.loaded_run import load_run
-from tactogram.workflows.training.run_archive import export_run, import_run
 from tactogram.workflows.training.train import train
 from tactogram_capture.workflows.live import LiveClassifier
 

@@ -14,7 +14,7 @@ from tactogram.cli import main
 from tactogram.datasets import Recording, Split, create_store
 from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import LeakError, ParameterError, RunError
-from tactogram.features.photo_novelty import UNLIKE
+from tactogram.features.photo_descriptor import UNLIKE
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.signal.resampling import resample

@@ -15,8 +15,7 @@ from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal, write_signal
-from tactogram.workflows.streaming.report import latency_lines, underrun_line
-from tactogram.workflows.streaming.stream import stream
+from tactogram.workflows.streaming.stream import latency_lines, stream, underrun_line
 from tactogram.workflows.streaming.textures import TextureSettings, textures_of
 from tactogram.workflows.training.train import train
 from tactogram_study.study_file import Study

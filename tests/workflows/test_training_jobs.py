@@ -23,10 +23,10 @@ from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.hub_folder import export_run, import_run
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.plan import select
 from tactogram.workflows.training.resume import resume
-from tactogram.workflows.training.run_archive import export_run, import_run
 from tactogram.workflows.training.train import run_training, train
 
 

@@ -95,6 +95,6 @@ def _check_out(out: str) -> None:
     """Refuse an ``--out`` that cannot be written, whatever the verb: its results may take hours to compute."""
     from pathlib import Path
 
-    from tactogram.signal.io.writable import check_writable
+    from tactogram.signal.io.atomic import check_writable
 
     check_writable(Path(out), folder=Path(out).is_dir())

@@ -200,6 +200,6 @@ def _is_list(kind: Any) -> bool:
 
 def _check_out(out: str | Path) -> None:
     """Refuse an ``--out`` that cannot be written, whatever the verb: its results may take hours to compute."""
-    from tactogram.signal.io.writable import check_writable
+    from tactogram.signal.io.atomic import check_writable
 
     check_writable(Path(out), folder=Path(out).is_dir())

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from tactogram.cli.printing import columns, shortened, text_of
-from tactogram.signal.io.layout import MATERIAL
+from tactogram.signal.io.content import MATERIAL
 
 
 def preview_text(facts: Mapping[str, Any], said: Sequence[str]) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from tactogram.cli.verbs import Verb, flags_of, with_options
-from tactogram.datasets.kinds import in_one_line
+from tactogram.datasets.reading import in_one_line
 
 _MAPPING = "`--preview --save-mapping mapping.toml`"
 REMEDIES = (

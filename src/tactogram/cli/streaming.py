@@ -12,8 +12,7 @@ from tactogram.workflows.streaming.requests import StreamRequest
 
 @interrupt_on_sigterm()
 def _stream(request: StreamRequest, show: Printer) -> None:
-    from tactogram.workflows.streaming.report import latency_lines
-    from tactogram.workflows.streaming.stream import stream
+    from tactogram.workflows.streaming.stream import latency_lines, stream
 
     status = _StatusPrinter()
     result = stream(**vars(request) | {"status": status, "tell": status.line})

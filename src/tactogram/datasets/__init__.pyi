@@ -1,5 +1,6 @@
 from .cells import (
     cell_text as cell_text,
+    check_parquet as check_parquet,
     finite_number as finite_number,
     read_cells as read_cells,
 )
@@ -13,26 +14,16 @@ from .examples import (
 from .importers.folder import (
     MATERIAL_FROM as MATERIAL_FROM,
 )
-from .kinds import (
-    in_one_line as in_one_line,
-)
 from .mapping import (
     TableMapping as TableMapping,
     layouts_by_columns as layouts_by_columns,
     read_mapping as read_mapping,
     write_mapping as write_mapping,
 )
-from .parquet_table import (
-    check_parquet as check_parquet,
-)
 from .preview import (
     preview_dataset as preview_dataset,
     preview_file as preview_file,
     proposed_layouts as proposed_layouts,
-)
-from .ratings.columns import (
-    MISSING as MISSING,
-    RatingColumns as RatingColumns,
 )
 from .ratings.questionnaires import (
     Export as Export,
@@ -40,7 +31,9 @@ from .ratings.questionnaires import (
     rows_left_out as rows_left_out,
 )
 from .ratings.questions import (
+    MISSING as MISSING,
     Questions as Questions,
+    RatingColumns as RatingColumns,
 )
 from .ratings.ratings import (
     EVOKED as EVOKED,
@@ -57,6 +50,9 @@ from .ratings.table import (
 from .ratings.words import (
     JAPANESE as JAPANESE,
     WORDS as WORDS,
+)
+from .reading import (
+    in_one_line as in_one_line,
 )
 from .recording import (
     Label as Label,
@@ -79,12 +75,10 @@ from .simulate.tactile_images import (
     FAMILIES as FAMILIES,
     tactile_image as tactile_image,
 )
-from .splits.part_photographs import (
+from .splits.photograph_splitting import (
     PhotographRegions as PhotographRegions,
     materials_without_photographs as materials_without_photographs,
     materials_without_recordings as materials_without_recordings,
-)
-from .splits.photograph_splitting import (
     split_photographs as split_photographs,
     whole_photographs as whole_photographs,
 )

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.recording import Label, RecordingInfo, item_of, label_of
 from tactogram.datasets.scratch import scratch_of
-from tactogram.datasets.splits.part_photographs import (
+from tactogram.datasets.splits.photograph_splitting import (
     PhotographRegions,
     by_material,
     cut_out,

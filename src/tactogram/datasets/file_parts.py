@@ -18,9 +18,8 @@ from tactogram.datasets.takes import QUANTITIES
 from tactogram.errors import DataError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import SignalFile, complete, read_contents
-from tactogram.signal.io.content import FileContent
+from tactogram.signal.io.content import MATERIAL, ColumnUse, FileContent, TableLayout
 from tactogram.signal.io.labels import LONGEST_STEP, Interval, cut
-from tactogram.signal.io.layout import MATERIAL, ColumnUse, TableLayout
 from tactogram.signal.signal import UNITS
 from tactogram.signal.units import parse_unit
 

@@ -12,11 +12,10 @@ from pathlib import Path
 from typing import Any, Protocol, Self
 
 from tactogram.datasets.importer import ImportedPhotograph, Importer, ImportItem, LeftOut, importer
-from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.path_reading import PathReading
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.ratings.ratings import Ratings
-from tactogram.datasets.reading import Reading, read_all
+from tactogram.datasets.reading import Reading, by_kind, read_all
 from tactogram.datasets.recording import Recording, item_of
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.photographs import Photograph, read_photograph

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.content import TableLayout
 from tactogram.text_files import read_toml
 from tactogram.validation import validated
 

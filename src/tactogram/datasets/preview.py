@@ -12,17 +12,16 @@ from typing import Any
 
 from tactogram.datasets.importer import LeftOut
 from tactogram.datasets.importing import ImportSink, find_set
-from tactogram.datasets.kinds import by_kind
 from tactogram.datasets.mapping import layouts_by_columns
 from tactogram.datasets.rates import CommonRates
-from tactogram.datasets.reading import read_item
+from tactogram.datasets.reading import by_kind, read_item
 from tactogram.datasets.recording import Recording, item_of
 from tactogram.datasets.store.layout import StoreStreamInfo
 from tactogram.datasets.store.photographs import Photograph
 from tactogram.errors import DataError, TactogramError, UnitError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_columns
-from tactogram.signal.io.layout import IGNORED, LABELS, RATE, TIME, UNCLEAR, ColumnUse, TableLayout
+from tactogram.signal.io.content import IGNORED, LABELS, RATE, TIME, UNCLEAR, ColumnUse, TableLayout
 from tactogram.signal.units import parse_seconds, parse_unit
 
 _PART = re.compile(r"#\d+$")

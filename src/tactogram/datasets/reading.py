@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from time import monotonic
+from typing import Any
 
 from tactogram.datasets.examples import cores
 from tactogram.datasets.importer import ImportItem, LeftOut, importer
@@ -105,3 +107,39 @@ def start_worker(ends: connection.Connection | None = None) -> None:
             os._exit(1)
 
     Thread(target=end_with_parent, daemon=True).start()
+
+
+MOST_NAMES = 3
+_VARIES = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def by_kind(messages: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
+    """Return what is said of files (name, message), each kind once: ``text``, ``count`` and ``files``, the first ones.
+
+    Messages are alike but for names of files, numbers and what is quoted. The text of several is that of the first
+    without its file's name.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for name, message in messages:
+        plain = _without(message, name)
+        key = _VARIES.sub("#", plain)
+        kind = found.setdefault(key, {"text": plain, "count": 0, "files": []})
+        kind["count"] += 1
+        if len(kind["files"]) < MOST_NAMES and name not in kind["files"]:
+            kind["files"].append(name)
+    return list(found.values())
+
+
+def in_one_line(kind: dict[str, Any]) -> str:
+    """Return a kind with the number of its messages and the names of its first files."""
+    files, count = ", ".join(kind["files"]), kind["count"]
+    if count == 1:
+        return f"{files}: {kind['text']}" if files else str(kind["text"])
+    what = "parts" if "#" in files else "files"
+    return f"{count} {what}: {kind['text']} ({files}{', …' * (count > len(kind['files']))})"
+
+
+def _without(message: str, name: str) -> str:
+    """Return a message without the name of its file, whole or at the end of a path, at its beginning."""
+    plain = name.partition("#")[0]
+    return re.sub(rf"^(?:\S.*?/)?{re.escape(plain)}(?:#\w+)?:\s*", "", message) if plain else message

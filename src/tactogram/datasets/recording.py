@@ -10,7 +10,7 @@ from typing import Literal
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io.layout import ColumnUse
+from tactogram.signal.io.content import ColumnUse
 from tactogram.signal.timing import SamplingTiming
 
 

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tactogram.datasets.store.pending import host_name
-from tactogram.signal.io.locks import lock
+from tactogram.signal.io.atomic import lock
 
 LOCK_FILE = "held"
 """File that is locked as long as the folder is used."""

@@ -11,14 +11,12 @@ from .generation.comparison import (
     FLOOR as FLOOR,
     MODEL as MODEL,
     GenerationResult as GenerationResult,
+    PiecePlan as PiecePlan,
     describe_measures as describe_measures,
+    plan_pieces as plan_pieces,
 )
 from .generation.protocol import (
     evaluate_generation as evaluate_generation,
-)
-from .generation.segments import (
-    PiecePlan as PiecePlan,
-    plan_pieces as plan_pieces,
 )
 from .generation.spectrogram_figures import (
     spectrograms_figure as spectrograms_figure,
@@ -49,19 +47,15 @@ from .mixing.placement import (
 from .pictures.distances import (
     MEASURES as MEASURES,
     ImageQuality as ImageQuality,
+    ImageSpread as ImageSpread,
     PictureWeights as PictureWeights,
 )
 from .pictures.figures import (
     COLOURS as COLOURS,
-)
-from .pictures.image_figures import (
     GeneratorRow as GeneratorRow,
     TradeOff as TradeOff,
     generated_figure as generated_figure,
     trade_off_figure as trade_off_figure,
-)
-from .pictures.image_spread import (
-    ImageSpread as ImageSpread,
 )
 from .ratings.cross_modal import (
     ALPHA as ALPHA,
@@ -74,10 +68,6 @@ from .ratings.cross_modal import (
 from .ratings.figures import (
     word_map_figure as word_map_figure,
 )
-from .ratings.label_following import (
-    LabelFidelity as LabelFidelity,
-    label_fidelity as label_fidelity,
-)
 from .ratings.prediction import (
     distances_to_targets as distances_to_targets,
     one_rater_error as one_rater_error,
@@ -86,6 +76,8 @@ from .ratings.prediction import (
 from .ratings.reproduction import (
     NEAREST as NEAREST,
     STRAIGHT as STRAIGHT,
+    LabelFidelity as LabelFidelity,
+    label_fidelity as label_fidelity,
     reproduction as reproduction,
 )
 from .report import (

@@ -1,9 +1,7 @@
 from .phase import (
+    gradient_phase as gradient_phase,
     recover as recover,
     spectral_convergence as spectral_convergence,
-)
-from .phase_gradient import (
-    gradient_phase as gradient_phase,
 )
 from .photo_pairs import (
     Protocol as Protocol,

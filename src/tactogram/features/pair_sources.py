@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.examples import Examples, require_photographs
-from tactogram.datasets.splits.part_photographs import PhotographRegions
+from tactogram.datasets.splits.photograph_splitting import PhotographRegions
 from tactogram.datasets.store.photographs import image_key
 from tactogram.errors import ParameterError
 from tactogram.features.photo_crops import PhotoCrops

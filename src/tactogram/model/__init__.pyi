@@ -16,25 +16,21 @@ from .examples import (
     ImageExample as ImageExample,
     ItemRatings as ItemRatings,
 )
-from .exported import (
-    ExportedNetwork as ExportedNetwork,
-    Port as Port,
-)
 from .kinds import (
     ImageKind as ImageKind,
     Kind as Kind,
-    SignalKind as SignalKind,
-    unit_scores as unit_scores,
-)
-from .limits import (
     Limit as Limit,
+    SignalKind as SignalKind,
     limits_of as limits_of,
     limits_within as limits_within,
+    unit_scores as unit_scores,
     word_limits as word_limits,
 )
 from .model import (
+    ExportedNetwork as ExportedNetwork,
     Model as Model,
     ModelConfig as ModelConfig,
+    Port as Port,
     Stage as Stage,
 )
 from .state import (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,14 +14,14 @@ from pydantic import BaseModel, ConfigDict
 from tactogram.errors import ParameterError
 from tactogram.model.batch_share import WHOLE_BATCH, BatchShare
 from tactogram.model.conditions import Condition
-from tactogram.model.exported import ExportedNetwork
-from tactogram.model.limits import Limit, word_limits
+from tactogram.model.kinds import Limit, word_limits
 from tactogram.model.state import Saved
 from tactogram.signal import Image, Signal
 
 if TYPE_CHECKING:
     import torch
     from matplotlib.figure import Figure
+    from torch import Tensor, nn
 
 
 class ModelConfig(BaseModel):
@@ -228,7 +228,7 @@ class Model(Saved, ABC):
         return {}
 
     def image_spread(self) -> Any:
-        """Return a `tactogram.evaluation.pictures.image_spread.ImageSpread`, or None if it is not measured."""
+        """Return a `tactogram.evaluation.pictures.distances.ImageSpread`, or None if it is not measured."""
         return None
 
     @property
@@ -283,3 +283,50 @@ class Model(Saved, ABC):
 
     def _refused(self, job: str) -> ParameterError:
         return ParameterError(f"{type(self).__name__} does not {job}; `tactogram models` lists those that do")
+
+
+@dataclass(frozen=True)
+class Port:
+    """Input or output of a network.
+
+    Parameters
+    ----------
+    axes : tuple of str
+        Names of its axes. An axis of the same name has the same size at every port.
+    meaning : str
+        One line, e.g. ``"photograph, -1 to 1"``.
+    unit : str
+    """
+
+    axes: tuple[str, ...]
+    meaning: str
+    unit: str = "1"
+
+
+@dataclass(frozen=True, eq=False)
+class ExportedNetwork:
+    """A network as the model uses it, from physical inputs to physical outputs where that is part of the graph.
+
+    Parameters
+    ----------
+    network : torch.nn.Module
+        In evaluation mode, on the CPU. Draws no random numbers: these are inputs.
+    draw : callable
+        Returns typical inputs for a seed, one tensor per input; batches have two elements or more.
+    inputs, outputs : mapping from str to Port
+        In the order of the arguments and results of ``network``.
+    free : tuple of str
+        Axes of any size; every other axis has the size it is drawn with.
+    note : str
+        What the network leaves to its caller.
+    facts : mapping
+        JSON values that a caller needs, e.g. the names behind a label.
+    """
+
+    network: nn.Module
+    draw: Callable[[int], tuple[Tensor, ...]]
+    inputs: Mapping[str, Port]
+    outputs: Mapping[str, Port]
+    free: tuple[str, ...] = ("batch",)
+    note: str = ""
+    facts: Mapping[str, Any] = field(default_factory=dict)

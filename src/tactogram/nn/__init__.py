@@ -1,12 +1,12 @@
 """Parts of networks and their training that several models share."""
 
-from tactogram.nn.adversarial_loss import gradient_penalty as gradient_penalty
+from tactogram.nn.adversarial_networks import gradient_penalty as gradient_penalty
 from tactogram.nn.initial_weights import (
+    MovingAverage as MovingAverage,
     glorot_linear as glorot_linear,
     strided_conv as strided_conv,
     strided_conv_transpose as strided_conv_transpose,
 )
-from tactogram.nn.moving_average import MovingAverage as MovingAverage
 from tactogram.nn.wave_discriminator import (
     PhaseShuffle as PhaseShuffle,
     WaveDiscriminator as WaveDiscriminator,

@@ -7,13 +7,23 @@ References
 - Isola, P. et al. (2017). Image-to-image translation with conditional adversarial networks. CVPR. Sec. 6.2.
 - Glorot, X. & Bengio, Y. (2010). Understanding the difficulty of training deep feedforward neural networks. AISTATS.
   Eq. 16.
+
+References
+----------
+- Yazıcı, Y. et al. (2019). The unusual effectiveness of averaging in GAN training. ICLR.
 """
 
 from __future__ import annotations
 
-from typing import TypeVar
+from collections.abc import Iterator
+from contextlib import contextmanager
+from copy import deepcopy
+from typing import Any, TypeVar
 
+import torch
 from torch import nn
+
+from tactogram.model import Saved
 
 
 def normal_(network: nn.Module, gain: float = 0.02) -> None:
@@ -66,3 +76,49 @@ def _glorot(layer: Layer) -> Layer:
     if layer.bias is not None:
         nn.init.zeros_(layer.bias)
     return layer
+
+
+def bare(network: Any) -> Any:
+    """Return a network without Fabric's wrapper, if any: one process may use it while the others wait."""
+    return getattr(network, "module", network)
+
+
+def for_export(network: Any) -> Any:
+    """Return a copy of a network in evaluation mode, on the CPU and without Fabric's wrapper."""
+    return deepcopy(bare(network)).cpu().eval().requires_grad_(False)
+
+
+@contextmanager
+def fixed(network: nn.Module) -> Iterator[None]:
+    """Skip the gradients of the weights of ``network`` while another one is updated.
+
+    Afterwards all weights need gradients: not for networks with a frozen part (`tactogram.nn.trunks`).
+    """
+    network.requires_grad_(False)
+    try:
+        yield
+    finally:
+        network.requires_grad_(True)
+
+
+class MovingAverage(Saved):
+    """A copy of a network, not yet wrapped by Fabric, with the average of its weights.
+
+    ``decay`` is the share of the average that remains at each update, 0 to 1. It starts lower, ``(1 + n) / (10 + n)``
+    at update n, so that the initial weights soon lose influence.
+    """
+
+    saved = ("updates", "weights=network")
+
+    def __init__(self, network: nn.Module, decay: float) -> None:
+        self.network = deepcopy(network).requires_grad_(False)
+        self.decay, self.updates = decay, 0
+
+    @torch.no_grad()
+    def update(self, network: nn.Module) -> None:
+        """Move the average towards the weights of ``network``."""
+        self.updates += 1
+        decay = min(self.decay, (1 + self.updates) / (10 + self.updates))
+        now = network.state_dict()
+        for name, average in self.network.state_dict().items():
+            average.lerp_(now[name], 1 - decay)

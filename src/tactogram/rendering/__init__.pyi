@@ -1,12 +1,10 @@
 from .displays.catalogue import (
+    display_family as display_family,
     open_display as open_display,
     shipped as shipped,
 )
 from .displays.display import (
     Display as Display,
-)
-from .displays.family import (
-    display_family as display_family,
 )
 from .drive.axes import (
     combined as combined,
@@ -105,20 +103,16 @@ from .streaming.recorded_motion import (
     MICE as MICE,
     MotionFile as MotionFile,
     MouseMotion as MouseMotion,
-)
-from .streaming.simulated_hand import (
     SimulatedHand as SimulatedHand,
-)
-from .streaming.surface import (
-    Along as Along,
-    SurfaceTexture as SurfaceTexture,
-    looped as looped,
 )
 from .streaming.texture_table import (
     TextureTable as TextureTable,
 )
 from .streaming.textures import (
+    Along as Along,
     StreamingTexture as StreamingTexture,
+    SurfaceTexture as SurfaceTexture,
+    looped as looped,
 )
 from .transducer.digilent import (
     find_devices as find_devices,

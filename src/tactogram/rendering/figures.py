@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import signal as dsp
 
+from tactogram.rendering.displays.catalogue import display_family
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.fit import Drive
 from tactogram.rendering.drive.report import SENTENCES
 from tactogram.signal.signal import Signal

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tactogram.signal.displacement import played
-from tactogram.signal.notebook import AUDIBLE_RATE, SPEED_MM_S, strongest, wav_of
+from tactogram.signal.figure import AUDIBLE_RATE, SPEED_MM_S, strongest, wav_of
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal
 

@@ -26,8 +26,7 @@ from tactogram.signal.modulated_noise import (
     level_factor,
 )
 from tactogram.signal.signal import Signal
-from tactogram.signal.tone_synthesis import NormalSource, ToneParameters, ToneProcess, synthesise_tones
-from tactogram.signal.tones import no_tones
+from tactogram.signal.tones import NormalSource, ToneParameters, ToneProcess, no_tones, synthesise_tones
 
 Array = NDArray[np.float64]
 

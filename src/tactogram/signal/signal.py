@@ -86,7 +86,7 @@ class Signal:
         return np.array(self.samples, dtype, copy=copy)
 
     def _repr_html_(self) -> str:
-        from tactogram.signal.notebook import signal_html
+        from tactogram.signal.figure import signal_html
 
         return signal_html(self)
 

@@ -2,6 +2,9 @@ from .comparison import (
     INDEPENDENT as INDEPENDENT,
     Comparison as Comparison,
     friedman_wilcoxon as friedman_wilcoxon,
+    paired_equivalence as paired_equivalence,
+    pseudomedian as pseudomedian,
+    signed_rank_p as signed_rank_p,
     steel_dwass as steel_dwass,
     student_t as student_t,
 )
@@ -17,11 +20,6 @@ from .groups import (
     holm_rows as holm_rows,
     nan_mean as nan_mean,
     summary as summary,
-)
-from .paired import (
-    paired_equivalence as paired_equivalence,
-    pseudomedian as pseudomedian,
-    signed_rank_p as signed_rank_p,
 )
 from .reliability import (
     krippendorff_alpha as krippendorff_alpha,

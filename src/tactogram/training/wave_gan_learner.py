@@ -25,7 +25,7 @@ from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import Example, Model, ModelConfig, SignalKind
 from tactogram.nn import WaveDiscriminator, gradient_penalty
 from tactogram.nn.adversarial_networks import AdversarialNetworks
-from tactogram.nn.bare_and_fixed import bare
+from tactogram.nn.initial_weights import bare
 from tactogram.nn.latent_pieces import crossfaded_pieces, uniform_latents
 from tactogram.training.seeds import child_rng, torch_seeded
 

@@ -47,15 +47,13 @@ from .evaluation.word_signals import (
 from .generation.clone import (
     clone as clone,
 )
-from .generation.descriptions import (
-    with_materials as with_materials,
-)
 from .generation.generate import (
     SIMULATED as SIMULATED,
     condition_facts as condition_facts,
     generate as generate,
     limits as limits,
     motion_of as motion_of,
+    with_materials as with_materials,
 )
 from .generation.photographs import (
     description_text as description_text,
@@ -125,9 +123,6 @@ from .streaming.textures import (
     surface_of as surface_of,
     texture_of_map as texture_of_map,
 )
-from .training.compatibility import (
-    check_training as check_training,
-)
 from .training.loaded_run import (
     LoadedRun as LoadedRun,
     load_run as load_run,
@@ -138,6 +133,7 @@ from .training.model_choice import (
 )
 from .training.plan import (
     TrainingPlan as TrainingPlan,
+    check_training as check_training,
 )
 from .training.rated_examples import (
     RatingData as RatingData,
@@ -155,7 +151,7 @@ from .training.requests import (
 from .training.run_comparison import (
     compare_runs as compare_runs,
 )
-from .training.run_lock import (
+from .training.run_folder import (
     is_training as is_training,
 )
 from .training.surface_index import (

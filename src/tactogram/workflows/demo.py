@@ -24,8 +24,7 @@ from tactogram.evaluation.report import (
 from tactogram.signal import Image, Signal
 from tactogram.signal.figure import signal_figure
 from tactogram.signal.io import write_signal
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
 from tactogram.workflows.evaluation.mixing_ladder import mix_ladder

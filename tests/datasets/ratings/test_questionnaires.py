@@ -8,7 +8,7 @@ import openpyxl
 import pytest
 
 from tactogram.datasets import SEVEN_POINT, Scale
-from tactogram.datasets.ratings.columns import RatingColumns
+from tactogram.datasets.ratings.questions import RatingColumns
 from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError
 

@@ -22,7 +22,7 @@ from tactogram.datasets import (
     join_ratings,
     open_store,
 )
-from tactogram.datasets.ratings.files import read_ratings, write_ratings
+from tactogram.datasets.ratings.ratings import read_ratings, write_ratings
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
 from tactogram.recipe import Preparation

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.fft import rfft
 
-from tactogram.datasets.simulate.display_signals import drives
+from tactogram.datasets.simulate.studies import drives
 from tactogram.datasets.simulate.touch import (
     CARRIER_HZ,
     HALF,

@@ -1,8 +1,23 @@
 """Table of the simulated surfaces."""
 
-from tactogram.datasets.simulate.everyday import EVERYDAY
-from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30, surfaces_of
-from tactogram.datasets.simulate.metal_plates import PLATES
+import numpy as np
+import pytest
+from scipy.signal import welch
+
+from tactogram.datasets.simulate import make, tasks
+from tactogram.datasets.simulate.materials import (
+    EVERYDAY,
+    KINDS,
+    PLATES,
+    ROWS,
+    STROKING_9,
+    STROKING_30,
+    SYNONYMS,
+    known_from,
+    surfaces_of,
+)
+from tactogram.datasets.simulate.random_surfaces import FORCES_N, SPEEDS_MM_S
+from tactogram.datasets.simulate.stroke import RecordingTask
 from tactogram.datasets.simulate.surfaces import Appearance, Cells, Grating, Roughness, Surface
 
 
@@ -25,3 +40,61 @@ def test_empty_cells_have_the_default():
 def test_every_set_has_its_surfaces():
     counts = map(len, (EVERYDAY, STROKING_30, STROKING_9, PLATES, surfaces_of("fabrics")))
     assert list(counts) == [84, 15, 9, 12, 6]
+
+
+def strokes(name, speed):
+    number = [surface.name for surface in EVERYDAY].index(name)
+    found = tasks("everyday", seed=0, per_class=1, seconds=1.0, speeds_mm_s=[speed])
+    return make(found[number]).streams["acceleration"].samples
+
+
+def test_names_are_different_and_only_surfaces_have_others():
+    names = [surface.name for surface in EVERYDAY]
+    assert len(set(names)) == len(names)
+    assert set(SYNONYMS) <= set(names)
+    others = [other for called in SYNONYMS.values() for other in called]
+    assert len(set(others)) == len(others)
+
+
+def test_each_surface_is_of_one_kind_and_says_what_it_was_set_from():
+    assert [*ROWS] == [surface.name for surface in EVERYDAY]
+    assert {row["kind"] for row in ROWS.values()} == set(KINDS)
+    assert "the mean of 14 real materials of the kind fabric" in known_from("velvet")
+    assert "of 60 real materials of all kinds" in known_from("oak")
+
+
+@pytest.mark.parametrize("kind", ["fabric", "mineral"])
+def test_a_kind_has_the_level_of_its_real_materials(kind):
+    """By a stylus at 120 mm/s and 1 N, 20 to 480 Hz, other strokes than the heights were set with."""
+    names = [surface.name for surface in EVERYDAY]
+    found = []
+    for name in [name for name, row in ROWS.items() if row["kind"] == kind][:4]:
+        task = RecordingTask(
+            "everyday", 9, names.index(name), "stylus", 120.0, 1, 2.0, 2500.0, 1.0, own_image=False
+        )
+        signal = make(task).streams["acceleration"].samples
+        frequency, density = welch(signal, 2500, nperseg=1024)
+        band = (frequency >= 20) & (frequency <= 480)
+        found.append(10 * np.log10(density[:, band].sum() * frequency[1]))
+    assert np.mean(found) == pytest.approx(KINDS[kind].level_db, abs=3.5)
+
+
+def test_each_stroke_has_a_speed_and_a_force_of_its_own():
+    found = tasks("everyday", seed=0, own_images=False)
+    assert len(found) == 8 * len(EVERYDAY)
+    assert {task.contactor for task in found} == {"finger", "stylus"}
+    assert len({(task.speed_mm_s, task.force_n) for task in found}) > 0.99 * len(found)
+    for limits, values in (
+        (SPEEDS_MM_S, [task.speed_mm_s for task in found]),
+        (FORCES_N, [task.force_n for task in found]),
+    ):
+        assert limits[0] <= min(values) < 1.2 * limits[0]
+        assert limits[1] >= max(values) > 0.8 * limits[1]
+
+
+def test_ribs_are_felt_at_the_speed_over_their_period():
+    x = strokes("ribbed-rubber-mat", 140.0)[2][200:-200]
+    density = np.abs(np.fft.rfft((x - x.mean()) * np.hanning(len(x)))) ** 2
+    frequency = np.fft.rfftfreq(len(x), 1 / 2500)
+    band = (frequency > 20) & (frequency < 65)
+    assert frequency[band][density[band].argmax()] == pytest.approx(140 / 3.5, rel=0.2)

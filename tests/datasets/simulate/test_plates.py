@@ -5,8 +5,8 @@ import pytest
 from scipy.signal import welch
 
 from tactogram.datasets.simulate import RecordingTask, make, tasks
-from tactogram.datasets.simulate.metal_plates import PLATES, Plate, fine_heights
-from tactogram.datasets.simulate.strain_sensor import LAYERS, SENSOR, STABLE_S, trace_plate
+from tactogram.datasets.simulate.materials import PLATES, Plate, fine_heights
+from tactogram.datasets.simulate.sensor import LAYERS, SENSOR, STABLE_S, trace_plate
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Grating, Surface
 from tactogram.datasets.simulate.touch import plate_touched
 

@@ -5,8 +5,7 @@ import pytest
 
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT
 from tactogram.datasets.ratings.words import WORDS
-from tactogram.datasets.simulate.display_signals import drives
-from tactogram.datasets.simulate.metal_plates import PLATES
+from tactogram.datasets.simulate.materials import PLATES
 from tactogram.datasets.simulate.raters import (
     draw_people,
     score_images,
@@ -15,8 +14,15 @@ from tactogram.datasets.simulate.raters import (
     score_vibrations,
     sight_weight,
 )
-from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch_words
-from tactogram.datasets.simulate.raters.seen import SightCues, sight_cues, sight_words
+from tactogram.datasets.simulate.raters.felt import (
+    SightCues,
+    TouchCues,
+    sight_cues,
+    sight_words,
+    touch_cues,
+    touch_words,
+)
+from tactogram.datasets.simulate.studies import drives
 from tactogram.datasets.simulate.tactile_images import FAMILIES, tactile_image
 from tactogram.datasets.simulate.touch import display_touched, plate_touched
 from tactogram.errors import ParameterError

@@ -5,9 +5,13 @@ import pytest
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import GenerationResult, describe_measures
+from tactogram.evaluation.generation.comparison import (
+    GenerationResult,
+    PiecePlan,
+    describe_measures,
+    plan_pieces,
+)
 from tactogram.evaluation.generation.protocol import evaluate_generation
-from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.measures import signal_measures
 from tactogram.signal import Signal
 

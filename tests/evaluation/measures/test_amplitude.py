@@ -4,8 +4,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.stats import laplace, norm
 
 from tactogram.evaluation.measures import amplitude_distance
-from tactogram.evaluation.measures.bands import without_drift
 from tactogram.evaluation.measures.distances.amplitude_distance import _squared_wasserstein_2
+from tactogram.evaluation.measures.spectra import without_drift
 from tactogram.signal import Signal
 
 

@@ -4,8 +4,7 @@ from scipy.signal import hilbert
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import envelope_spectrum_distance, modulation_spectrum_distance
-from tactogram.evaluation.measures.bands import band_edges
-from tactogram.evaluation.measures.envelopes import MODULATION_FLOOR_DB, envelopes, modulation_power
+from tactogram.evaluation.measures.spectra import MODULATION_FLOOR_DB, band_edges, envelopes, modulation_power
 from tactogram.signal import Signal
 
 

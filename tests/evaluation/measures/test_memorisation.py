@@ -4,7 +4,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import memorisation, nearness
-from tactogram.evaluation.measures.bands import without_drift
+from tactogram.evaluation.measures.spectra import without_drift
 
 
 def test_nearness_is_that_of_plain_loops(texture):

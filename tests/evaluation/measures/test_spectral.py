@@ -8,9 +8,8 @@ from tactogram.evaluation.measures import (
     log_spectral_distance,
     weighted_log_spectral_distance,
 )
-from tactogram.evaluation.measures.bands import felt_edges
 from tactogram.evaluation.measures.distances.weighted_log_spectral_distance_db import _felt_levels
-from tactogram.evaluation.measures.spectra import SILENT
+from tactogram.evaluation.measures.spectra import SILENT, felt_edges
 from tactogram.signal import Signal
 from tactogram.signal.perception import detection_threshold, sensation_level_db
 

@@ -4,8 +4,13 @@ from hypothesis import given, settings, strategies as st
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.mixing.placement import OVERALL, IndistinctEndsError, order_of, positions
-from tactogram.evaluation.mixing.texture_features import texture_features
+from tactogram.evaluation.mixing.placement import (
+    OVERALL,
+    IndistinctEndsError,
+    order_of,
+    positions,
+    texture_features,
+)
 from tactogram.signal import Signal
 
 RATE = 1000.0

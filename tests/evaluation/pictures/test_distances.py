@@ -9,14 +9,20 @@ import pytest
 import torch
 import torch.nn.functional as F
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, MissingExtraError, ParameterError
 from tactogram.evaluation.measures import frechet_distance
+from tactogram.evaluation.pictures import checkpoint_choice
 from tactogram.evaluation.pictures.distances import (
     MEASURES,
+    ImageSpread,
     PictureEvaluator,
+    image_spread,
+    mean_distance,
+    picture_choice,
 )
 from tactogram.evaluation.pictures.networks import Fid, Lpips, TrunkDistance
 from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.nn.photo_translation import row_statistics_distance
 from tactogram.nn.vision_import import torchvision, vision_module
 from tactogram.nn.weight_files import PRETRAINED
 
@@ -234,3 +240,67 @@ def test_bad_input_is_one_line():
         judge(pictures(2)[:, 0], pictures(2)[:, 0])
     with pytest.raises(ParameterError, match=r"\(1, 32, 32\)"):
         judge(pictures(2, size=16), pictures(2, size=16))
+
+
+def test_where_lpips_is_missing_the_note_says_what_takes_its_place_and_why(monkeypatch, tmp_path):
+    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
+    choice = picture_choice("lpips")
+    assert (choice.name, choice.distance) == ("row_statistics", row_statistics_distance)
+    assert choice.note.startswith("weights are chosen by row_statistics in place of LPIPS: ")
+    assert "\n" not in choice.note
+
+
+def test_what_was_asked_for_needs_no_note(monkeypatch):
+    monkeypatch.setattr(
+        checkpoint_choice, "Lpips", lambda weights, option: lambda real, made: (made - real).flatten(1).sum(1)
+    )
+    assert picture_choice("row_statistics").note == ""
+    choice = picture_choice("lpips")
+    assert (choice.name, choice.note) == ("lpips", "")
+    made, real = torch.tensor([[[[1.0, 2.0]]], [[[5.0, 0.0]]]]), torch.ones(2, 1, 1, 2)
+    assert choice.distance(made, real).item() == pytest.approx((1 + 3) / 2)
+
+
+def test_a_file_that_is_named_and_absent_is_refused(tmp_path):
+    with pytest.raises((DataError, MissingExtraError)):
+        picture_choice("lpips", str(tmp_path / "none.pth"))
+
+
+def test_distance_is_that_of_every_pair():
+    images = np.random.default_rng(0).uniform(-1, 1, (5, 3, 4, 4)).astype(np.float32)
+    slow = [np.sqrt(np.mean((images[a] - images[b]) ** 2)) for a in range(5) for b in range(a)]
+    assert mean_distance(images) == pytest.approx(np.mean(slow), rel=1e-5)
+    assert mean_distance(images[[0, 0]]) == pytest.approx(0, abs=1e-6)
+
+
+def test_one_image_differs_from_nothing():
+    with pytest.raises(ParameterError, match="at least 2 to differ, got 1"):
+        mean_distance(np.zeros((1, 3, 4, 4), np.float32))
+
+
+def test_noise_and_label_are_told_apart():
+    """Images of one grey value: the noise times 0.1 plus the label."""
+
+    def make(noises, labels):
+        return np.broadcast_to((0.1 * noises + labels)[:, :, None, None], (len(noises), 1, 4, 4))
+
+    labels, noises = np.array([[0.0], [0.5]]), np.array([[0.0], [1.0]])
+    found = image_spread(make, labels, noises, real=0.5)
+    assert found.by_noise == pytest.approx(0.1)
+    assert found.by_label == pytest.approx(0.5)
+    assert found.noise_share == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("noise", "label", "said"),
+    [
+        (0.5, 0.5, ""),
+        (0.04, 0.5, "one image per label, whatever the noise"),
+        (0.5, 0.04, "the label makes no difference"),
+        (0.04, 0.04, "one image for all labels and noises"),
+    ],
+)
+def test_collapse_is_called_what_it_is(noise, label, said):
+    spread = ImageSpread(0.5, noise, label)
+    assert spread.collapse == said
+    assert spread.as_dict()["collapsed"] == bool(said)

@@ -6,8 +6,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import linprog
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.displays.family import MotionBlock
+from tactogram.rendering.displays.catalogue import MotionBlock, open_display
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.families.tablet import (
     CORNERS,

@@ -11,10 +11,9 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.streaming.contact import ActiveTransients, ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MixWeights, MotionSettings, Tap
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.surface import SurfaceTexture, looped
+from tactogram.rendering.streaming.recorded_motion import SimulatedHand
 from tactogram.rendering.streaming.texture_table import TextureTable, summed
-from tactogram.rendering.streaming.textures import AutoregressiveTexture
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, SurfaceTexture, looped
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.texture_map import TextureMap

@@ -5,8 +5,7 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.streaming.finger_path import followed
-from tactogram.rendering.streaming.recorded_motion import MotionFile
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
+from tactogram.rendering.streaming.recorded_motion import MotionFile, SimulatedHand
 from tactogram.workflows.generation.generate import motion_of
 
 

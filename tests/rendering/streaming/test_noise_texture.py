@@ -8,7 +8,7 @@ from scipy import signal as dsp
 from tests.signal.seams import seam_excess_db
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.family import MotionBlock
+from tactogram.rendering.displays.catalogue import MotionBlock
 from tactogram.rendering.streaming.contact import ContactSettings
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable, one_axis

@@ -28,11 +28,9 @@ from tactogram.rendering.streaming.backends import (
 )
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.output import DisplayOutput, Stream
-from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, mouse_step
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.surface import SurfaceTexture
+from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, SimulatedHand, mouse_step
 from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram.rendering.streaming.timing import Durations
 from tactogram.signal import Signal
 

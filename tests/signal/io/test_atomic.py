@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tactogram.signal.io.atomic import atomic_write, write_text
+from tactogram.errors import ParameterError
+from tactogram.signal.io.atomic import atomic_write, check_writable, write_text
 
 
 def test_of_two_writers_each_writes_its_own_file_and_the_last_one_stays(tmp_path):
@@ -82,3 +83,31 @@ def test_no_other_code_renames_a_part_of_a_file():
     }
     folders = {"export.py", "dated_folders.py", "pending.py"}
     assert found == {"atomic.py", *folders}
+
+
+@pytest.mark.parametrize("folder", [True, False])
+def test_a_place_that_can_be_written_is_left_as_it_was(folder, tmp_path):
+    check_writable(tmp_path / "a" / "b", folder=folder)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_there_may_be_replaced(tmp_path):
+    (tmp_path / "made.wav").write_bytes(b"before")
+    check_writable(tmp_path / "made.wav")
+    assert (tmp_path / "made.wav").read_bytes() == b"before"
+
+
+@pytest.mark.parametrize("folder", [True, False])
+@pytest.mark.parametrize("place", [__file__, "/proc"])
+def test_a_place_that_takes_no_file_is_refused_with_the_reason(place, folder):
+    if not Path(place).exists():
+        pytest.skip("this system has no /proc")
+    with pytest.raises(ParameterError, match=r"made: cannot be written \(.+\); give another place"):
+        check_writable(Path(place) / "made", folder=folder)
+
+
+def test_a_file_in_a_folders_place_is_refused_and_the_other_way_round(tmp_path):
+    with pytest.raises(ParameterError, match="is a file; a folder is needed"):
+        check_writable(Path(__file__), folder=True)
+    with pytest.raises(ParameterError, match="is a folder; a file is needed"):
+        check_writable(tmp_path)

@@ -7,7 +7,7 @@ import soundfile
 
 from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.signal.io import read_file, read_metadata, read_signal
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.content import TableLayout
 from tactogram.signal.units import parse_unit
 
 X = np.sin(np.arange(40))

@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_columns, read_file, read_signal
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.content import TableLayout
 
 X = np.sin(np.arange(40))
 

@@ -10,7 +10,7 @@ from hypothesis.extra import numpy as hnp
 from tactogram.errors import ParameterError
 from tactogram.signal import UNITS, Signal
 from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
-from tactogram.signal.io.riff import read_header
+from tactogram.signal.io.sound import read_header
 
 EXACT = [suffix for suffix in WRITABLE if suffix != ".flac"]
 INTEGERS = [(".wav", "PCM_U8", 8), (".wav", "PCM_16", 16), (".wav", "PCM_24", 24), (".wav", "PCM_32", 32)]

@@ -8,7 +8,7 @@ import pytest
 
 from tactogram.cli.command import main
 from tactogram.errors import MissingExtraError
-from tactogram.training.loggers import make_logger
+from tactogram.training.loop import make_logger
 from tactogram.training.run import Run
 
 

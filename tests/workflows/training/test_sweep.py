@@ -4,8 +4,7 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.workflows.training.requests import TrainingRequest
-from tactogram.workflows.training.search_space import SearchSpace
-from tactogram.workflows.training.sweep import drop_torn_states, sweep
+from tactogram.workflows.training.sweep import SearchSpace, drop_torn_states, sweep
 
 
 def test_a_range_or_choices_are_drawn_from():

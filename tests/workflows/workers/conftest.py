@@ -27,7 +27,7 @@ DRIVER = """
 import sys
 from pathlib import Path
 import worker_chores as chores
-from tactogram.workflows.workers.kept import kept_values
+from tactogram.workflows.workers.tasks import kept_values
 
 if __name__ == "__main__":
     folder = Path(sys.argv[1])

@@ -14,7 +14,7 @@ import worker_chores as chores
 
 from tactogram.errors import MissingExtraError, ParameterError, TactogramError
 from tactogram.workflows.workers import run_tasks
-from tactogram.workflows.workers.kept import kept_values
+from tactogram.workflows.workers.tasks import kept_values
 
 
 def by_task(outcomes):

@@ -11,7 +11,7 @@ from tactogram.datasets import Recording, create_store
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.image_spread import ImageSpread
+from tactogram.evaluation.pictures.distances import ImageSpread
 from tactogram.model import ImageKind
 from tactogram.signal import Image, Signal
 from tactogram.workflows.progress import silent

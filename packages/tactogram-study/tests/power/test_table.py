@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.paired import paired_equivalence
+from tactogram.statistics.comparison import paired_equivalence
 from tactogram_study.designs.analysis import pairwise as power_preferences
 from tactogram_study.designs.analysis.pairwise import simulated_preferences
 from tactogram_study.designs.catalogue import power_tables

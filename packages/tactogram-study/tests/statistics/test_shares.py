@@ -3,7 +3,7 @@ import pytest
 from scipy import special, stats
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.paired import paired_equivalence, pseudomedian, signed_rank_p
+from tactogram.statistics.comparison import paired_equivalence, pseudomedian, signed_rank_p
 from tactogram_study.statistics.clustered import (
     bootstrap_by_participant,
     mixed_difference,

@@ -6,7 +6,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.datasets import item_of, open_store
 from tactogram.datasets.ratings.words import WORDS
-from tactogram.datasets.simulate import metal_plates, sets, studies
+from tactogram.datasets.simulate import materials, sets, studies
 from tactogram.datasets.simulate.studies import study
 from tactogram.datasets.store import writer
 from tactogram.errors import ParameterError
@@ -16,7 +16,7 @@ from tactogram.workflows.data.simulate import simulate_to_store
 @pytest.fixture
 def one_plate(monkeypatch):
     """Leave one of the twelve plates: a height field takes its time."""
-    plates = metal_plates.PLATES[8:9]
+    plates = materials.PLATES[8:9]
     monkeypatch.setattr(studies, "PLATES", plates)
     monkeypatch.setattr(sets, "PLATES", plates)
     facts = replace(sets.SETS["ultrasonic"], surfaces=tuple(plate.surface for plate in plates))

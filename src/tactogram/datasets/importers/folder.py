@@ -37,8 +37,8 @@ from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.datasets.takes import Take, is_no_signal, quantity_of, takes
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal.io.content import TRIAL
 from tactogram.signal.io.files import READABLE, USUAL
-from tactogram.signal.io.layout import TRIAL
 from tactogram.signal.io.table import is_table
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import read_table

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets.importer import ImportItem, check_positive, files_below
-from tactogram.datasets.ratings.columns import RatingColumns
+from tactogram.datasets.ratings.questions import RatingColumns
 from tactogram.datasets.ratings.ratings import Ratings, join_ratings
 from tactogram.datasets.ratings.table import read_table
 from tactogram.datasets.recording import Recording

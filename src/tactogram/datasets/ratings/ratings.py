@@ -7,13 +7,18 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
+from tactogram.datasets.cells import read_parquet
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import ItemRatings
+from tactogram.signal.io.atomic import atomic_write
 
 
 @dataclass(frozen=True)
@@ -279,3 +284,22 @@ def check_rows(
 def _frozen(values: NDArray[Any]) -> NDArray[Any]:
     values.flags.writeable = False
     return values
+
+
+def write_ratings(path: Path, ratings: Ratings) -> None:
+    """Write a Parquet file; the whole file or nothing."""
+    about = {"scale": asdict(ratings.scale), "words": list(ratings.words)}
+    table = pa.table({name: pa.array(getattr(ratings, name)) for name in COLUMNS})
+    with atomic_write(path) as part:
+        pq.write_table(table.replace_schema_metadata({"tactogram": json.dumps(about)}), part)
+
+
+def read_ratings(file: Path | pa.NativeFile, *, name: str = "") -> Ratings:
+    """Read a file of `write_ratings`; `DataError`, which gives its ``name``, if it is something else."""
+    try:
+        table = read_parquet(file, name)
+        about = json.loads((table.schema.metadata or {})[b"tactogram"])
+        columns = {name: table[name].to_pylist() for name in COLUMNS}
+        return Ratings(**columns, scale=Scale(**about["scale"]), words=tuple(about["words"]))
+    except (KeyError, TypeError, ValueError, DataError) as error:
+        raise DataError(f"{name or file}: not a table of ratings: {error}") from error

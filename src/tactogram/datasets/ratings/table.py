@@ -21,13 +21,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from tactogram.datasets.cells import Cells, cell_text, finite_number, read_cells
-from tactogram.datasets.parquet_table import read_parquet
-from tactogram.datasets.ratings.columns import MISSING, NAMED, RatingColumns
-from tactogram.datasets.ratings.files import read_ratings, write_ratings
+from tactogram.datasets.cells import Cells, cell_text, finite_number, read_cells, read_parquet
 from tactogram.datasets.ratings.questionnaires import export_of, rows_left_out
-from tactogram.datasets.ratings.questions import Questions
-from tactogram.datasets.ratings.ratings import SEVEN_POINT, Ratings, Scale, check_rows
+from tactogram.datasets.ratings.questions import MISSING, NAMED, Questions, RatingColumns
+from tactogram.datasets.ratings.ratings import (
+    SEVEN_POINT,
+    Ratings,
+    Scale,
+    check_rows,
+    read_ratings,
+    write_ratings,
+)
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io.atomic import atomic_write
@@ -63,7 +67,7 @@ def read_table(
     ----------
     path : Path
         ``.csv``, ``.tsv``, ``.parquet``, ``.xlsx`` or ``.json``; a file of
-        `tactogram.datasets.ratings.files.write_ratings` has its own scale and words.
+        `tactogram.datasets.ratings.ratings.write_ratings` has its own scale and words.
     items : collection of str
         Names of items, by which they are found in the questions of a questionnaire.
 

@@ -1,9 +1,14 @@
 """Materials of the simulated sets, a row each of ``surfaces.csv``: imagined formulas, not measurements.
 
 Empty cells have the default. ``textures`` are added up; each is a class of `tactogram.datasets.simulate.surfaces` and
-its numbers. ``made`` and ``fine_um`` are of `tactogram.datasets.simulate.metal_plates.Plate`. Everyday surfaces have a
+its numbers. ``made`` and ``fine_um`` are of `tactogram.datasets.simulate.materials.Plate`. Everyday surfaces have a
 ``kind`` and, written by ``python -m benchmarks.set_everyday``, the share of their heights that is ``felt``, and the rms
 and beta of the ground besides; ``also`` are other names and typical objects.
+
+Their level and the slope of their spectrum are set to means of real materials of their kind (`KINDS`).
+
+Only a photograph of the study's own plates is known. These are textures with which metal plates are sold; periods,
+heights and friction are our assumptions, typical of such treatments.
 """
 
 from __future__ import annotations
@@ -11,11 +16,15 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets.simulate.contact import Contactor
 from tactogram.datasets.simulate.surfaces import (
     Appearance,
     Cells,
@@ -72,3 +81,116 @@ def _texture(kind: str, cell: str) -> Texture:
 
 STROKING_30, STROKING_9 = surfaces_of("stroking30"), surfaces_of("stroking9")
 """Named after the materials of Saga et al."""
+
+
+class Kind(NamedTuple):
+    """Level and slope that the surfaces of a kind are set to, and the real materials that they are known from.
+
+    Attributes
+    ----------
+    level_db : float
+        Of a stylus at 120 mm/s and 1 N, 20 to 480 Hz, dB re 1 m/s^2.
+    slope_db : float
+        Of the spectrum's density, dB per octave.
+    materials : int
+        Real materials of that kind in one half of the Penn Haptic Texture Toolkit (Culbertson et al. 2014), whose mean,
+        drawn towards that of all 60 by the weight of four more, this is.
+    """
+
+    level_db: float
+    slope_db: float
+    materials: int
+
+
+KINDS: Mapping[str, Kind] = {
+    "fabric": Kind(-2.2, -5.1, 14),
+    "carpet": Kind(4.9, -6.5, 5),
+    "paper": Kind(-1.6, -3.9, 16),
+    "leather": Kind(-2.0, -5.7, 4),
+    "foam": Kind(0.6, -4.9, 3),
+    "plastic": Kind(0.1, -3.9, 8),
+    "mineral": Kind(8.3, -2.2, 6),
+    "metal": Kind(-0.1, -4.2, 3),
+    "other": Kind(0.5, -4.5, 60),
+}
+"""The surfaces of ``other`` have the mean of all: of wood the half has a single material."""
+
+
+def as_measured(surface: Surface, felt: float, rms_mm: float, beta: float) -> Surface:
+    """Return a surface of which a share is felt, and of a ground besides: the spectra of real materials are smooth."""
+    return replace(surface, felt=felt, ground=Roughness(rms_mm, beta, 0.05, 8.0))
+
+
+ROWS = {row["name"]: row for row in rows("everyday")}
+DRAWN = surfaces_of("everyday")
+EVERYDAY = tuple(
+    as_measured(
+        surface,
+        *numbers(" ".join(ROWS[surface.name][name] for name in ("felt", "ground_rms_mm", "ground_beta"))),
+    )
+    for surface in DRAWN
+)
+SYNONYMS = {name: tuple(row["also"].split("; ")) for name, row in ROWS.items() if "also" in row}
+"""Other names and typical objects of the surfaces."""
+
+
+def known_from(name: str) -> str:
+    """Return what an everyday surface was set from, in words."""
+    kind = ROWS[name]["kind"]
+    of = "all kinds" if kind == "other" else f"the kind {kind}"
+    return (
+        f"level and slope of the spectrum from the mean of {KINDS[kind].materials} real materials of {of} "
+        "(Penn Haptic Texture Toolkit); dimensions of its structure are plausible, not measured"
+    )
+
+
+FINEST_PER_MM, COARSEST_PER_MM = 50.0, 5.0
+"""Cycles per mm covered by `Plate.fine_um`: from the limit of height fields to a fiftieth of a millimetre."""
+_STEP_MM, _STEPS = 0.004, 2**15
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A metal plate.
+
+    ``made`` describes its manufacture. ``fine_um`` is the rms height of the roughness that is too fine for a height
+    field, between `COARSEST_PER_MM` and `FINEST_PER_MM`, its power falling as k^-2.
+    """
+
+    surface: Surface
+    made: str
+    fine_um: float
+
+    @property
+    def name(self) -> str:
+        """Name in recordings and ratings."""
+        return self.surface.name
+
+
+# Friction of a finger on metal: high on polished plates, all of which the skin touches, low where fine asperities carry
+# the finger (Derler & Gerhardt 2012, Tribol. Lett. 45:1).
+PLATES = tuple(
+    Plate(surface, row["made"], float(row["fine_um"]))
+    for surface, row in zip(surfaces_of("ultrasonic"), rows("ultrasonic"), strict=True)
+)
+"""``plate01`` to ``plate12``."""
+
+
+def fine_heights(
+    plate: Plate, contactor: Contactor, place_m: NDArray[np.float64], rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return the finest roughness under a contact at each position of its path, m, float64, shape (time,).
+
+    The asperities under a contact are independent, so their mean is smaller than one of them by the root of their
+    number: pi (a k)^2 at k cycles per mm under a contact of radius a.
+    """
+    k = np.fft.rfftfreq(_STEPS, _STEP_MM)
+    inside = (k >= COARSEST_PER_MM) & (k <= FINEST_PER_MM)
+    amplitude = np.zeros_like(k)
+    amplitude[inside] = 1 / k[inside]
+    noise = np.fft.rfft(rng.standard_normal(_STEPS)) * amplitude
+    rms = np.fft.irfft(noise, _STEPS).std()
+    under = np.maximum(np.sqrt(np.pi) * contactor.radius_mm * k, 1.0)
+    heights = 1e-6 * plate.fine_um / rms * np.fft.irfft(noise / under, _STEPS)
+    at = np.arange(_STEPS) * _STEP_MM
+    return np.asarray(np.interp(1e3 * place_m, at, heights, period=_STEPS * _STEP_MM))

@@ -20,14 +20,11 @@ from tactogram.datasets.simulate.contact import (
     feel,
     responded,
 )
-from tactogram.datasets.simulate.everyday import EVERYDAY
 from tactogram.datasets.simulate.fabrics import FABRICS, fabric
-from tactogram.datasets.simulate.materials import STROKING_9, STROKING_30
-from tactogram.datasets.simulate.metal_plates import PLATES
+from tactogram.datasets.simulate.materials import EVERYDAY, PLATES, STROKING_9, STROKING_30
 from tactogram.datasets.simulate.photo import photograph, photographs
 from tactogram.datasets.simulate.random_surfaces import random_contactor, random_stroke, random_surface
-from tactogram.datasets.simulate.sensor import AXES, Sensor, sense, wired, wireless
-from tactogram.datasets.simulate.strain_sensor import SENSOR, trace_plate
+from tactogram.datasets.simulate.sensor import AXES, SENSOR, Sensor, sense, trace_plate, wired, wireless
 from tactogram.datasets.simulate.stroke import RecordingTask, Stroke, slow_noise, stroke
 from tactogram.datasets.simulate.surfaces import PATCH_MM, Surface
 from tactogram.errors import ParameterError

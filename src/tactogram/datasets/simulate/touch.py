@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.fft import rfft2
 
 from tactogram.datasets.simulate.contact import FINGER, feel
-from tactogram.datasets.simulate.metal_plates import Plate, fine_heights
+from tactogram.datasets.simulate.materials import Plate, fine_heights
 from tactogram.datasets.simulate.stroke import stroke
 from tactogram.datasets.simulate.surfaces import Surface, frequencies, height_field
 from tactogram.errors import ParameterError

@@ -10,7 +10,7 @@ true)``).
 Each photograph is stored once in ``images-*.parquet`` (``key``, ``mm_per_pixel``, ``image``: an encoded picture). A row
 of a shard names its recording's own in ``image``; those of a material are listed in ``dataset.json`` under
 ``photographs``: source by key by material. Ratings are in the ``ratings-*.parquet`` that ``dataset.json`` names
-(`tactogram.datasets.ratings.files`).
+(`tactogram.datasets.ratings.ratings`).
 
 Samples are uncompressed, PLAIN, and one page per column and row group, so that those of one recording are contiguous in
 the file and a window is read as a slice of it, however large the store is. Compression would prevent that, and saves
@@ -22,6 +22,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from pathlib import Path
@@ -29,9 +30,10 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from tactogram.datasets.recording import Recording, RecordingInfo
-from tactogram.datasets.store.remote import RemotePath
+from tactogram.datasets.store.remote import RemotePath, readable
 from tactogram.errors import DataError, ParameterError, printable
 from tactogram.signal import Signal
 from tactogram.text_files import parse_json, read_json
@@ -288,3 +290,49 @@ def _found_instead(folder: Path | RemotePath) -> str:
     return (
         f"{'it is a file' if folder.exists() else 'no such folder'}; make one: {makes.format('RECORDINGS')}"
     )
+
+
+class MissingFileError(DataError):
+    """A file in ``dataset.json`` is missing: removed by hand, or replaced."""
+
+
+def plain_parquet(path: Path, columns: pa.Schema) -> pq.ParquetWriter:
+    """Return a writer whose column chunks are one plain page each."""
+    return pq.ParquetWriter(
+        path,
+        columns,
+        compression="none",
+        use_dictionary=False,
+        write_statistics=False,
+        data_page_size=2**31 - 1,
+    )
+
+
+def close_quietly(file: pq.ParquetWriter | None) -> None:
+    """Close a file that will be removed."""
+    if file is not None:
+        with suppress(OSError):  # a full disk fails again
+            file.close()
+
+
+def stored_file(path: Path, rows: int) -> StoredFile:
+    """Return the entry in ``dataset.json`` of a written file of ``rows`` rows."""
+    return StoredFile(path.name, rows, path.stat().st_size, file_hash(path))
+
+
+def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
+    """Open ``path``; `MissingFileError` if it is gone, `DataError` if its size or rows differ from ``stored``."""
+    try:
+        size = file_size(path)
+        if size != stored.bytes:
+            raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
+        file = pq.ParquetFile(readable(path), pre_buffer=isinstance(path, RemotePath))
+    except FileNotFoundError as error:
+        raise MissingFileError(f"{path}: not readable: {error}; import the data again") from error
+    except (OSError, pa.ArrowException) as error:
+        raise DataError(f"{path}: not readable: {error}; import the data again") from error
+    if file.metadata.num_rows != stored.rows:
+        raise DataError(
+            f"{path}: must have {stored.rows} rows, got {file.metadata.num_rows}; import the data again"
+        )
+    return file

@@ -16,8 +16,13 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from PIL import Image as Pillow
 
-from tactogram.datasets.store.layout import StoredFile
-from tactogram.datasets.store.parquet import close_quietly, open_parquet, plain_parquet, stored_file
+from tactogram.datasets.store.layout import (
+    StoredFile,
+    close_quietly,
+    open_parquet,
+    plain_parquet,
+    stored_file,
+)
 from tactogram.datasets.store.pending import StagedFiles
 from tactogram.datasets.store.remote import RemotePath, readable
 from tactogram.errors import DataError

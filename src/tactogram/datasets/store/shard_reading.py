@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import io
+import re
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
@@ -10,13 +14,30 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from tactogram.datasets.recording import RecordingInfo
-from tactogram.datasets.store.layout import INFO_COLUMNS, StoredFile, StoreStreamInfo, axis_column, row_info
-from tactogram.datasets.store.parquet import MissingFileError, open_parquet
+from tactogram.datasets.recording import Recording, RecordingInfo
+from tactogram.datasets.store.layout import (
+    INFO_COLUMNS,
+    MissingFileError,
+    StoredFile,
+    StoreInfo,
+    StoreStreamInfo,
+    axis_column,
+    close_quietly,
+    info_row,
+    open_parquet,
+    plain_parquet,
+    row_info,
+    schema,
+    store_hash,
+    stored_file,
+)
+from tactogram.datasets.store.pending import StagedFiles
 from tactogram.datasets.store.remote import BlockReader, RemotePath
 from tactogram.errors import DataError
+from tactogram.signal import Signal
 
 
 class Shard:
@@ -127,3 +148,167 @@ class Shard:
 
 def _filled(column: pa.ChunkedArray) -> NDArray[np.int64]:
     return np.asarray(column.fill_null(0).to_numpy(), dtype=np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class ShardIndex:
+    """Shards, and the place of each recording in them.
+
+    ``ids`` is an array of `tactogram.datasets.store.layout.ID_TABLE`, sorted by id; ``opened`` caches shards by number.
+    """
+
+    shards: tuple[StoredFile, ...]
+    ids: np.ndarray
+    opened: dict[int, Shard] = field(default_factory=dict)
+
+    @cached_property
+    def begins(self) -> list[int]:
+        """Number of recordings before each shard, and in all."""
+        return list(accumulate((shard.rows for shard in self.shards), initial=0))
+
+    @cached_property
+    def ends(self) -> list[int]:
+        """Number of recordings up to the end of each shard."""
+        return self.begins[1:]
+
+    def rank(self, id: str) -> int | None:
+        """Return the index of ``id`` in the sorted list, None if missing."""
+        key = id.encode(errors="replace")
+        place = bisect_left(range(len(self.ids)), key, key=lambda i: self.ids["id"][i])
+        return place if place < len(self.ids) and self.ids["id"][place] == key else None
+
+    def find(self, id: str) -> tuple[int, int] | None:
+        """Return shard and row of a recording, None if missing."""
+        place = self.rank(id)
+        return None if place is None else (int(self.ids["shard"][place]), int(self.ids["row"][place]))
+
+
+def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
+    """Load the index of the store ``path``, memory-mapped; that of a remote one is read and compared with its hash.
+
+    `MissingFileError` if the list of ids is gone; `DataError` if it is unreadable.
+    """
+    file = path / facts.ids
+    try:
+        if isinstance(file, RemotePath):
+            ids = np.load(io.BytesIO(file.read_bytes()), allow_pickle=False)
+            if store_hash(ids, facts.photographs, facts.ratings_sha256) != facts.sha256:
+                raise DataError(
+                    f"{file}: wrong hash: not the list of ids that was written; copy the store again"
+                )
+        else:
+            ids = np.load(file, mmap_mode="r", allow_pickle=False)
+    except FileNotFoundError as error:
+        raise MissingFileError(f"{file}: not readable: {error}; import the data again") from error
+    except (OSError, ValueError, KeyError) as error:
+        raise DataError(f"{file}: not readable: {error}; import the data again") from error
+    return ShardIndex(facts.shards, ids)
+
+
+GROUP_BYTES, GROUP_ROWS = 2**25, 1024
+"""Size of a row group, which the writer keeps in memory."""
+SHARD_BYTES, SHARD_ROWS = 2**28, 16384
+"""Size of a shard, which one damaged file costs."""
+MOST_SAMPLES = 2**29 - 2**20
+"""Samples per axis that fit into one Parquet page (2 GiB)."""
+
+_NAME = re.compile(r"[A-Za-z0-9_+-]+")
+
+
+class ShardWriter:
+    """Writes recordings one by one, with few in memory; ``streams`` and ``shards`` are the stored ones."""
+
+    def __init__(
+        self, files: StagedFiles, streams: Mapping[str, StoreStreamInfo], shards: Iterable[StoredFile]
+    ) -> None:
+        self.streams: dict[str, StoreStreamInfo] = dict(streams)
+        self.shards = list(shards)
+        """Complete shards."""
+        self._files = files
+        self._path = files.folder
+        self._file: pq.ParquetWriter | None = None
+        self._rows: list[tuple[dict[str, Any], Mapping[str, Signal]]] = []
+        self._bytes = self._shard_rows = self._shard_bytes = 0
+
+    def widen(self, recording: Recording, where: str) -> None:
+        """Add the streams and axes of ``recording``, of which new ones begin another shard; errors name ``where``."""
+        widened = dict(self.streams)
+        for name, signal in recording.streams.items():
+            _check_names(where, name, signal)
+            facts = widened.get(name) or StoreStreamInfo(signal.unit, signal.domain, ())
+            widened[name] = facts.widened(name, signal, where)
+        if widened != self.streams:
+            schema(widened)
+            self.close()
+            self.streams = widened
+
+    def add(self, recording: Recording, image: str | None) -> tuple[int, int]:
+        """Take a recording after `widen`, and the key of its photograph; return its shard and row."""
+        place = (len(self.shards), self._shard_rows)
+        self._rows.append((info_row(recording, image), recording.streams))
+        self._shard_rows += 1
+        self._bytes += sum(signal.samples.nbytes for signal in recording.streams.values())
+        if self._bytes >= GROUP_BYTES or len(self._rows) >= GROUP_ROWS:
+            self._write_group()
+        if self._shard_bytes >= SHARD_BYTES or self._shard_rows >= SHARD_ROWS:
+            self.close()
+        return place
+
+    def close(self) -> None:
+        """Complete the current shard, if there is one."""
+        self._write_group()
+        if self._file is not None:
+            self._file.close()
+            self.shards.append(stored_file(self._path, self._shard_rows))
+        self._file = None
+        self._shard_rows = self._shard_bytes = 0
+
+    def abandon(self) -> None:
+        """Close the current file; the caller removes it."""
+        close_quietly(self._file)
+        self._file = None
+
+    def _write_group(self) -> None:
+        if not self._rows:
+            return
+        if self._file is None:
+            self._path = self._files.parquet("shard", len(self.shards))
+            self._file = plain_parquet(self._path, schema(self.streams))
+        columns = _columns([row for row, _ in self._rows], [s for _, s in self._rows], self.streams)
+        table = pa.Table.from_arrays(columns, schema=self._file.schema)
+        self._file.write_table(table, row_group_size=len(self._rows))
+        self._rows.clear()
+        self._shard_bytes += self._bytes
+        self._bytes = 0
+
+
+def _columns(
+    rows: list[dict[str, Any]], recordings: list[Mapping[str, Signal]], streams: Mapping[str, StoreStreamInfo]
+) -> list[pa.Array]:
+    """Return the columns of one row group, in the order of `layout.schema`."""
+    columns = [pa.array([row[name] for row in rows], kind) for name, kind in INFO_COLUMNS.items()]
+    for name, facts in streams.items():
+        signals = [recording.get(name) for recording in recordings]
+        columns += [
+            pa.array([s and s.rate for s in signals], pa.float64()),
+            pa.array([s and ",".join(s.axes) for s in signals], pa.string()),
+            pa.array([s and len(s) for s in signals], pa.int64()),
+        ]
+        for axis in facts.axes:
+            parts = [s.axis(axis) if s is not None and axis in s.axes else None for s in signals]
+            lengths = [0 if part is None else len(part) for part in parts]
+            values = np.concatenate([np.zeros(0, np.float32), *(p for p in parts if p is not None)])
+            offsets = pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32())
+            missing = pa.array([part is None for part in parts], pa.bool_())
+            columns.append(pa.ListArray.from_arrays(offsets, pa.array(values), mask=missing))
+    return columns
+
+
+def _check_names(where: str, name: str, signal: Signal) -> None:
+    for text in (name, *signal.axes):
+        if not _NAME.fullmatch(text):
+            raise DataError(f"{where}: names of streams and axes must be letters, digits, _+-; got {text!r}")
+    if len(signal) > MOST_SAMPLES:
+        raise DataError(
+            f"{where}: {name} must be at most {MOST_SAMPLES} samples, got {len(signal)}; cut it first"
+        )

@@ -12,12 +12,11 @@ from typing import overload
 
 import numpy as np
 
-from tactogram.datasets.ratings.files import read_ratings
-from tactogram.datasets.ratings.ratings import Ratings
+from tactogram.datasets.ratings.ratings import Ratings, read_ratings
 from tactogram.datasets.recording import Recording, RecordingInfo, content_id
 from tactogram.datasets.store.arrays import StoreArrays, common_lengths, stacked
-from tactogram.datasets.store.index import places_of
 from tactogram.datasets.store.layout import (
+    MissingFileError,
     StoreInfo,
     StoreStreamInfo,
     axis_column,
@@ -26,10 +25,9 @@ from tactogram.datasets.store.layout import (
     file_size,
     store_hash,
 )
-from tactogram.datasets.store.parquet import MissingFileError
 from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
 from tactogram.datasets.store.remote import BlockReader, RemotePath, location, readable
-from tactogram.datasets.store.shard_reading import Shard
+from tactogram.datasets.store.shard_reading import Shard, places_of
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal

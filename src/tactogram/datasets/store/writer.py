@@ -9,8 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from tactogram.datasets.ratings.files import write_ratings
-from tactogram.datasets.ratings.ratings import Ratings
+from tactogram.datasets.ratings.ratings import Ratings, write_ratings
 from tactogram.datasets.recording import Recording, content_id, item_of
 from tactogram.datasets.store.layout import (
     FACTS,
@@ -21,12 +20,12 @@ from tactogram.datasets.store.layout import (
     check_utf8,
     facts_hash,
     store_hash,
+    stored_file,
 )
-from tactogram.datasets.store.parquet import stored_file
 from tactogram.datasets.store.pending import StagedFiles, clear_unfinished
 from tactogram.datasets.store.photographs import Photograph, PhotographWriter, image_key, photograph_of
 from tactogram.datasets.store.remote import RemotePath, local
-from tactogram.datasets.store.shard_writing import ShardWriter
+from tactogram.datasets.store.shard_reading import ShardWriter
 from tactogram.datasets.store.store import Store
 from tactogram.errors import DataError
 from tactogram.signal import Image

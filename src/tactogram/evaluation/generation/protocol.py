@@ -28,8 +28,11 @@ from tactogram.evaluation.generation.comparison import (
     OTHERS,
     TEST,
     GenerationResult,
+    PiecePlan,
+    PieceSet,
     Tables,
     describe_measures,
+    plan_pieces,
 )
 from tactogram.evaluation.generation.recognition import (
     measure_classification,
@@ -37,7 +40,6 @@ from tactogram.evaluation.generation.recognition import (
     measure_transfer,
     tables_of,
 )
-from tactogram.evaluation.generation.segments import PiecePlan, PieceSet, plan_pieces
 from tactogram.evaluation.measures import (
     Fit,
     frechet_distance,

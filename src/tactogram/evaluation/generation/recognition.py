@@ -16,9 +16,9 @@ from tactogram.evaluation.generation.comparison import (
     NEAREST,
     OTHERS,
     TEST,
+    PieceSet,
     Tables,
 )
-from tactogram.evaluation.generation.segments import PieceSet
 from tactogram.evaluation.measures import Classify, Fit, nearness
 from tactogram.model import Model
 from tactogram.signal import Signal

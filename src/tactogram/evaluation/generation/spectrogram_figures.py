@@ -12,7 +12,7 @@ from matplotlib.figure import Figure, SubFigure
 from numpy.typing import NDArray
 from scipy.signal import stft
 
-from tactogram.evaluation.measures.sets import check_alike
+from tactogram.evaluation.measures.measure import check_alike
 from tactogram.signal import Signal
 from tactogram.signal.figure import unit_text
 

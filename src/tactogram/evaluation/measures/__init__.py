@@ -48,6 +48,7 @@ from tactogram.evaluation.measures.intervals import (
 from tactogram.evaluation.measures.measure import (
     Measure as Measure,
     SignalMeasure as SignalMeasure,
+    segments as segments,
     signal_measures as signal_measures,
 )
 from tactogram.evaluation.measures.memorisation import (
@@ -55,4 +56,3 @@ from tactogram.evaluation.measures.memorisation import (
     memorisation as memorisation,
     nearness as nearness,
 )
-from tactogram.evaluation.measures.sets import segments as segments

@@ -10,11 +10,17 @@ from scipy.signal import welch
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.bands import band_edges, band_sums, felt_edges
-from tactogram.evaluation.measures.envelopes import envelopes, modulation_power
 from tactogram.evaluation.measures.intervals import Accuracy, wilson
-from tactogram.evaluation.measures.sets import check_alike, stacks
-from tactogram.evaluation.measures.spectra import SEGMENT_S, SILENT
+from tactogram.evaluation.measures.measure import check_alike, stacks
+from tactogram.evaluation.measures.spectra import (
+    SEGMENT_S,
+    SILENT,
+    band_edges,
+    band_sums,
+    envelopes,
+    felt_edges,
+    modulation_power,
+)
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.errors import ParameterError
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Signal
 
@@ -53,3 +57,76 @@ def signal_measures() -> dict[str, Measure]:
     """
     measures = [MEASURES.definition(name, "MEASURE", Measure) for name in MEASURES.names()]
     return {measure.name: measure for measure in sorted(measures, key=lambda m: (m.rank, m.name))}
+
+
+CHUNK_SAMPLES = 2**21
+"""Maximum number of samples transformed at once, which bounds memory for any size of set."""
+
+
+def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = None) -> list[Signal]:
+    """Return ``signals`` cut into pieces of equal length, all of them or ``count``.
+
+    Every estimate depends on the amount of data: a mean spectrum of few pieces scatters more, the
+    largest of many correlations is larger, a Fréchet distance of few points is biased upwards. A model is
+    comparable with its floor only when both were cut with the same ``seconds`` and ``count``.
+
+    Pieces do not overlap and are in order; with ``count``, that many spread evenly over all. Remainders, and signals
+    shorter than a piece, are dropped. ``seconds`` is rounded to whole samples.
+    """
+    if not (seconds > 0 and np.isfinite(seconds)):
+        raise ParameterError(f"seconds must be > 0 and finite, got {seconds}")
+    if count is not None and count < 1:
+        raise ParameterError(f"count must be >= 1, got {count}")
+    pieces = []
+    for signal in signals:
+        length = round(seconds * _over_time(signal).rate)
+        if length < 1:
+            raise ParameterError(f"a piece of {seconds:g} s holds no sample at {signal.rate:g} Hz")
+        pieces += [signal.cut(k, k + length) for k in range(0, len(signal) - length + 1, length)]
+    wanted = count or 1
+    if len(pieces) < wanted:
+        raise ParameterError(
+            f"the signals must hold {wanted} pieces of {seconds:g} s, got {len(pieces)}: "
+            "use shorter or fewer pieces"
+        )
+    if count is None:
+        return pieces
+    return [pieces[k] for k in (np.arange(count) * len(pieces)) // count]
+
+
+def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
+    """Return one signal of ``sets`` after checking that all are of one kind: rate, unit and axes.
+
+    A set that is empty, or a signal that is not over time or shorter than ``shortest_s``, is refused, too.
+    """
+    if not all(sets):
+        raise ParameterError("a set to compare needs at least one signal, got none")
+    every = [signal for members in sets for signal in members]
+    kinds = {(s.rate, s.unit, s.axes) for s in every}
+    if len(kinds) != 1:
+        raise ParameterError(f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds")
+    for signal in every:
+        if _over_time(signal).seconds < shortest_s * (1 - 1e-9):
+            raise ParameterError(f"signals must last at least {shortest_s:g} s, got {signal.seconds:.3g} s")
+    return every[0]
+
+
+def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
+    """Yield the samples of ``signals``, equal lengths together: float64, shape (signal, axis, time).
+
+    Lengths come in the order of their first signals, signals of one length in their own order. A stack
+    of several signals holds at most `CHUNK_SAMPLES`.
+    """
+    by_length: dict[int, list[NDArray[np.float32]]] = {}
+    for signal in signals:
+        by_length.setdefault(len(signal), []).append(signal.samples)
+    for members in by_length.values():
+        together = max(1, CHUNK_SAMPLES // members[0].size)
+        for start in range(0, len(members), together):
+            yield np.stack(members[start : start + together]).astype(np.float64)
+
+
+def _over_time(signal: Signal) -> Signal:
+    if signal.domain != "time":
+        raise ParameterError("signals must be over time, got one over displacement")
+    return signal

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.bands import without_drift
-from tactogram.evaluation.measures.sets import check_alike, stacks
+from tactogram.evaluation.measures.measure import check_alike, stacks
+from tactogram.evaluation.measures.spectra import without_drift
 from tactogram.signal import Signal
 
 PIECE_S = 0.5

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import SHOWN_S, draw_spectrograms
-from tactogram.evaluation.measures.sets import check_alike
+from tactogram.evaluation.measures.measure import check_alike
 from tactogram.evaluation.mixing.placement import MixingLadder
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, ReportTable, ReportText
 from tactogram.signal import Signal

@@ -3,6 +3,9 @@
 `PictureEvaluator` computes all of them for pictures of touch under one protocol and gives the reason for each that is
 not available; none is replaced by another. Pictures are not signals: report distances of the signals
 (`evaluation.generation`), too.
+
+A generator that draws one image for all noises, or ignores its label, is recognised by the differences between its
+images, relative to those between real images. The spread says nothing about the quality of an image.
 """
 
 from __future__ import annotations
@@ -10,12 +13,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
+from scipy.spatial.distance import pdist
 from torch import Tensor
 
 from tactogram.errors import DataError, MissingExtraError, ParameterError
 from tactogram.evaluation.pictures.networks import PROTOCOL, Fid, Lpips, TrunkDistance, check_pictures
 from tactogram.features.spectrogram_picture import SpectrogramPicture
+from tactogram.nn.photo_translation import DistanceName, row_statistics_distance
 from tactogram.nn.vision_import import vision_module
 
 MEASURES: Mapping[str, tuple[str, str]] = {
@@ -178,3 +185,113 @@ def _classic() -> tuple[PictureMeasure, ...]:
         return float(library.structural_similarity_index_measure(made, real, data_range=2.0))
 
     return psnr, ssim
+
+
+Distance = Callable[[Tensor, Tensor], Tensor]
+
+
+@dataclass(frozen=True)
+class PictureChoice:
+    """Distance by which weights are chosen."""
+
+    name: DistanceName
+    distance: Distance
+    """Mean distance of generated and real pictures, shape (picture, 1, row, column); lower is better."""
+    note: str = ""
+    """Reason why it is not the configured distance, one line; else empty."""
+
+
+def picture_choice(by: DistanceName, weights: str = "") -> PictureChoice:
+    """Return the distance by which weights are chosen.
+
+    ``lpips`` is LPIPS with AlexNet, as in Neshov et al. 2026, Sec. 3.2; ``weights`` is AlexNet's file, by default in
+    torch's cache. ``row_statistics`` needs no weights and replaces LPIPS, with a note, if they are missing; for a named
+    file, `DataError` or `MissingExtraError` is raised instead.
+    """
+    note = ""
+    if by == "lpips":
+        try:
+            network = Lpips(weights, option="config.lpips_weights")
+        except (DataError, MissingExtraError) as error:
+            if weights:  # an explicit file is never replaced
+                raise
+            note = f"weights are chosen by row_statistics in place of LPIPS: {error}"
+        else:
+            return PictureChoice("lpips", lambda made, real: network(real, made).mean())
+    return PictureChoice("row_statistics", row_statistics_distance, note)
+
+
+COLLAPSED = 0.1
+"""Share of the spread of real images below which generated images count as equal. Ours."""
+
+Images = NDArray[np.float32]
+"""Shape (image, 3, row, column), -1 to 1."""
+
+
+@dataclass(frozen=True)
+class ImageSpread:
+    """Mean distance of two images, root mean square over pixels of values in -1 to 1."""
+
+    real: float
+    """Of real images."""
+    by_noise: float
+    """Of generated images of one label."""
+    by_label: float
+    """Of generated images of one noise."""
+
+    @property
+    def noise_share(self) -> float:
+        """``by_noise`` as a share of ``real``."""
+        return self.by_noise / self.real
+
+    @property
+    def label_share(self) -> float:
+        """``by_label`` as a share of ``real``."""
+        return self.by_label / self.real
+
+    @property
+    def collapse(self) -> str:
+        """Kind of collapse, in words; empty without one."""
+        same_noise, same_label = (share < COLLAPSED for share in (self.noise_share, self.label_share))
+        if same_noise and same_label:
+            return "one image for all labels and noises"
+        if same_noise:
+            return "one image per label, whatever the noise"
+        return "the label makes no difference" if same_label else ""
+
+    def as_dict(self) -> dict[str, float]:
+        """Return the three distances, the two shares, and ``collapsed`` (1 or 0)."""
+        return {
+            "real_spread": self.real,
+            "noise_spread": self.by_noise,
+            "label_spread": self.by_label,
+            "noise_share": self.noise_share,
+            "label_share": self.label_share,
+            "collapsed": float(bool(self.collapse)),
+        }
+
+
+def mean_distance(images: Images) -> float:
+    """Return the root mean square difference of two images, mean over all pairs; `ParameterError` below 2 images."""
+    if len(images) < 2:
+        raise ParameterError(f"images must be at least 2 to differ, got {len(images)}")
+    flat = images.reshape(len(images), -1)
+    return float(pdist(flat).mean() / np.sqrt(flat.shape[1]))
+
+
+def image_spread(
+    make: Callable[[NDArray[np.float32], NDArray[np.float32]], Images],
+    labels: NDArray[np.float32],
+    noises: NDArray[np.float32],
+    *,
+    real: float,
+) -> ImageSpread:
+    """Return the spread of a generator's images over all pairings of labels and noises.
+
+    ``make`` is called with noises, shape (image, noise), and labels, shape (image, word). At least 2 ``labels`` (label,
+    word) and ``noises`` (draw, noise) are needed; ``real`` is the `mean_distance` of real images, > 0.
+    """
+    made = np.stack([make(noises, np.repeat(label[None], len(noises), 0)) for label in labels])
+    by_noise = np.mean([mean_distance(row) for row in made])
+    by_label = np.mean([mean_distance(made[:, place]) for place in range(len(noises))])
+    return ImageSpread(real, float(by_noise), float(by_label))

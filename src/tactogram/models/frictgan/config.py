@@ -9,8 +9,8 @@ from typing import Literal, Self
 
 from pydantic import Field, PositiveInt, model_validator
 
-from tactogram.features.amplitude_spectrogram import AmplitudeSpectrogram
 from tactogram.features.registered_pairs import PhotoWindows, Protocol
+from tactogram.features.spectrogram import AmplitudeSpectrogram
 from tactogram.model import ModelConfig
 
 

@@ -18,8 +18,8 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
-from tactogram.features.amplitude_spectrogram import AmplitudeSpectrogram
 from tactogram.features.registered_pairs import FrictionBatch, Part
+from tactogram.features.spectrogram import AmplitudeSpectrogram
 from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive

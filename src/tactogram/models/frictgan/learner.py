@@ -28,7 +28,7 @@ from tactogram.models.frictgan.fabric_evaluation import evaluate_fabrics, summar
 from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.networks import LEAST, Critic, Generator, magnitudes_of
 from tactogram.nn.adversarial_networks import AdversarialNetworks
-from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.initial_weights import bare, fixed
 from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.resampling import resample

@@ -8,10 +8,10 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
+from tactogram.evaluation.pictures.distances import picture_choice
 from tactogram.model import Condition, Example
 from tactogram.models.pix2pix.config import Config
-from tactogram.nn.adversarial_loss import adversarial_loss
+from tactogram.nn.adversarial_networks import adversarial_loss
 from tactogram.nn.initial_weights import normal_
 from tactogram.nn.patch_discriminator import PatchDiscriminator
 from tactogram.nn.unet import UNet

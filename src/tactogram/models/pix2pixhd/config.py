@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import Field
 
-from tactogram.nn.adversarial_loss import LossKind
+from tactogram.nn.adversarial_networks import LossKind
 from tactogram.training.picture_learner import Beta, PictureConfig
 
 

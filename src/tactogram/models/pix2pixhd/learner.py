@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
-from tactogram.evaluation.pictures.checkpoint_choice import picture_choice
+from tactogram.errors import ParameterError
+from tactogram.evaluation.pictures.distances import picture_choice
 from tactogram.model import Example, Stage
 from tactogram.models.pix2pixhd.config import Config
-from tactogram.models.pix2pixhd.networks import GlobalGenerator, discriminator, generator
-from tactogram.nn.adversarial_loss import adversarial_loss, feature_matching_loss
+from tactogram.nn.adversarial_networks import adversarial_loss, feature_matching_loss
+from tactogram.nn.initial_weights import normal_
 from tactogram.nn.patch_discriminator import MultiScaleDiscriminator, scores
-from tactogram.nn.perceptual_loss import OMITTED, PerceptualLoss
+from tactogram.nn.trunks import OMITTED, PerceptualLoss
 from tactogram.training.picture_learner import VARIATION, PictureLearner
 
 
@@ -60,3 +61,69 @@ class Pix2PixHDLearner(PictureLearner[Config]):
 
 
 build = Pix2PixHDLearner
+
+
+class GlobalGenerator(nn.Module):
+    """Convolution, ``downsamplings`` of stride 2, residual blocks, and back; instance normalisation throughout."""
+
+    def __init__(self, config: Config) -> None:
+        super().__init__()
+        width, self.scale = config.generator_width, 2**config.downsamplings
+        layers: list[nn.Module] = [nn.ReflectionPad2d(3), nn.Conv2d(1, width, 7), *_normalised(width)]
+        for _ in range(config.downsamplings):
+            layers += [nn.Conv2d(width, 2 * width, 3, stride=2, padding=1), *_normalised(2 * width)]
+            width *= 2
+        layers += [ResidualBlock(width) for _ in range(config.blocks)]
+        for _ in range(config.downsamplings):
+            layers.append(nn.ConvTranspose2d(width, width // 2, 3, stride=2, padding=1, output_padding=1))
+            layers += _normalised(width // 2)
+            width //= 2
+        self.layers = nn.Sequential(*layers, nn.ReflectionPad2d(3), nn.Conv2d(width, 1, 7), nn.Tanh())
+
+    def check_size(self, rows: int, columns: int) -> None:
+        """Refuse pictures that cannot be halved at every stage, or leave less than two rows for residual blocks."""
+        if rows % self.scale or columns % self.scale or min(rows, columns) < 2 * self.scale:
+            raise ParameterError(
+                f"rows and columns must be multiples of {self.scale}, two at least, got {(rows, columns)}"
+            )
+
+    def forward(self, photo: Tensor) -> Tensor:
+        """Return pictures, (batch, 1, row, column) in -1 to 1, of photographs of that shape."""
+        self.check_size(photo.shape[-2], photo.shape[-1])
+        made: Tensor = self.layers(photo)
+        return made
+
+
+class ResidualBlock(nn.Module):
+    """Two convolutions of 3 x 3, added to the identity."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        self.layers = nn.Sequential(
+            nn.ReflectionPad2d(1), nn.Conv2d(width, width, 3), *_normalised(width),
+            nn.ReflectionPad2d(1), nn.Conv2d(width, width, 3), nn.InstanceNorm2d(width),
+        )  # fmt: skip
+
+    def forward(self, x: Tensor) -> Tensor:
+        added: Tensor = x + self.layers(x)
+        return added
+
+
+def generator(config: Config) -> GlobalGenerator:
+    """Return the global generator: (batch, 1, 256, 256) to (batch, 1024, 16, 16) and back."""
+    network = GlobalGenerator(config)
+    normal_(network, config.gain)
+    return network
+
+
+def discriminator(config: Config) -> MultiScaleDiscriminator:
+    """Return the PatchGANs, each at half the resolution of the last."""
+    network = MultiScaleDiscriminator(
+        count=config.discriminators, into=2, layers=config.layers, width=config.width, norm="instance"
+    )
+    normal_(network, config.gain)
+    return network
+
+
+def _normalised(width: int) -> list[nn.Module]:
+    return [nn.InstanceNorm2d(width), nn.ReLU()]

@@ -8,7 +8,7 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 from scipy.signal import find_peaks, hilbert
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.bands import band_edges, band_sums
+from tactogram.evaluation.measures.spectra import band_edges, band_sums
 from tactogram.signal import Signal
 
 LOWEST_HZ, HIGHEST_HZ = 5.0, 1000.0

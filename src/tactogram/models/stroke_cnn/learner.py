@@ -17,7 +17,7 @@ from tactogram.evaluation.classification import pooled
 from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Model, Port, SignalKind, Stage
 from tactogram.models.stroke_cnn.config import MOST_PASSES, SETTLED, Config
 from tactogram.models.stroke_cnn.networks import Standardised, StrokeCNN
-from tactogram.nn.bare_and_fixed import bare, for_export
+from tactogram.nn.initial_weights import bare, for_export
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_generator, child_rng, torch_seeded
 

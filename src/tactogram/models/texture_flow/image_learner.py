@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.image_spread import ImageSpread, image_spread, mean_distance
+from tactogram.evaluation.pictures.distances import ImageSpread, image_spread, mean_distance
 from tactogram.model import ImageExample, ImageKind, Stage
 from tactogram.models.texture_flow.config import Config
 from tactogram.models.texture_flow.flow_model import FlowLearner, FlowModel

@@ -24,7 +24,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.local_amplitudes import with_local_quantiles
 from tactogram.signal.motion import Motion
-from tactogram.signal.tone_synthesis import synthesise_tones
+from tactogram.signal.tones import synthesise_tones
 from tactogram.training.seeds import child_generator, child_rng, child_seed, torch_seeded
 
 NOISE_FRAMES = 64

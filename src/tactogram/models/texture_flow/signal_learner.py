@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_novelty import distinct_photographs
+from tactogram.features.photo_descriptor import distinct_photographs
 from tactogram.features.signal_crops import SignalCrops
 from tactogram.model import WHOLE_BATCH, BatchShare, Condition, Example, ImageKind, Kind, Stage
 from tactogram.models import shipped_run

@@ -28,7 +28,7 @@ from tactogram.models.texture_gan.networks import Generator, split_bands
 from tactogram.models.texture_gan.texture_statistics import energy_distance, spread_within, statistics
 from tactogram.models.texture_gan.whitening import Whitening
 from tactogram.nn import MovingAverage, WaveDiscriminator
-from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.initial_weights import bare, fixed
 from tactogram.nn.labels import NUMBERS, Labels
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal

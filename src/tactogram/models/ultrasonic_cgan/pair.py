@@ -17,7 +17,7 @@ from tactogram.evaluation.checkpoint_selection import IterationSelector, Selecte
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator, discriminator_of
 from tactogram.nn.adversarial_networks import AdversarialNetworks
-from tactogram.nn.bare_and_fixed import bare, fixed
+from tactogram.nn.initial_weights import bare, fixed
 from tactogram.training.seeds import torch_seeded
 
 CURVES = ("generator_loss", "discriminator_loss", "correct_rate")

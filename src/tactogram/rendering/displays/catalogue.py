@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from tactogram.errors import ParameterError
+from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import FAMILIES, display_family
 from tactogram.rendering.displays.response import read_response
+from tactogram.rendering.level import Level
+from tactogram.signal.signal import Signal
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
 
@@ -57,3 +64,126 @@ def display_of(values: Mapping[str, Any], *, where: str = "display", folder: Pat
         rest = {key: value for key, value in response.items() if key != "file"}
         values["response"] = {**rest, "points": points}
     return validated(Display, {**values, "settings": settings}, where=where)
+
+
+class DriveFunction(Protocol):
+    """Function from a signal to the drive of a display."""
+
+    def __call__(
+        self, signal: Signal, settings: Any, *, display: Display, level: Level
+    ) -> tuple[Signal, dict[str, Any]]:
+        """Return the drive and JSON facts.
+
+        ``signal`` is over time, in its own unit and at its own rate: one axis, or all of them
+        (`rendering.drive.axes`). ``settings`` are the family's. The drive is at ``display.rate``, in ``display.unit``,
+        with ``display.channels`` as axes; fades, DC and the limits are checked afterwards (`rendering.drive.safety`).
+        Of the facts, ``scaled``, ``clipped`` and ``unreachable`` are lists of sentences, and ``faded`` is true if the
+        drive already begins and ends at rest. Raises `UnitError` or `ParameterError` if the level does not apply to
+        the signal or the display, or the settings do not fit.
+        """
+        ...
+
+
+class MotionSamples(NamedTuple):
+    """The finger at the samples of a block: position and length of the path so far in mm.
+
+    ``contact`` and ``movement`` are gains from 0 (lifted, at rest) to 1 (touching, sliding).
+    """
+
+    x_mm: NDArray[np.float64]
+    y_mm: NDArray[np.float64]
+    path_mm: NDArray[np.float64]
+    speed_mm_s: NDArray[np.float64]
+    force_n: NDArray[np.float64]
+    contact: NDArray[np.float32]
+    movement: NDArray[np.float32]
+
+
+class MotionBlock:
+    """`MotionSamples` with room for ``most``, of which the first ``count`` are valid."""
+
+    def __init__(self, most: int) -> None:
+        self.count = 0
+        self.samples = MotionSamples(*np.zeros((5, most)), *np.zeros((2, most), np.float32))
+        self.x_mm, self.y_mm, self.path_mm, self.speed_mm_s, self.force_n, *gains = self.samples
+        self.contact, self.movement = gains
+
+
+class StreamDrive(Protocol):
+    """Drive of a display, block by block."""
+
+    runs_on: bool
+    """Whether `process` is called without motion, too: a carrier held at an instant would be a direct voltage."""
+
+    def process(self, block: NDArray[np.float32], motion: MotionBlock | None) -> NDArray[np.float64]:
+        """Return the drive of a block, float64, shape (channel, time).
+
+        ``block`` is float32, shape (axis, time); ``motion`` the finger over it, None while its position is unknown.
+        """
+        ...
+
+    def facts(self) -> dict[str, Any]:
+        """Return JSON facts; ``equaliser`` is among them if it has one."""
+        ...
+
+
+@dataclass(frozen=True)
+class DisplayFamily:
+    """A family of displays.
+
+    Parameters
+    ----------
+    name : str
+        That of the module's file, and of the table of settings in a display's file.
+    settings : type
+        Frozen pydantic model that refuses unknown keys.
+    renders : {"vibration", "friction"}
+        Friction is a coefficient, one axis of unit 1.
+    stream_signal : callable, optional
+        Returns a `StreamDrive` for the display, the unit of the signal and the facts of ``drive`` on a rehearsal.
+    stream_surface : callable, optional
+        Returns one for the display, the whole surface (over displacement), what it is laid out along (path, x or y)
+        and the level. A family without either cannot be streamed to.
+    response_known : callable
+        Whether the display's response is known.
+    measured_by : str
+        How to measure the response, as an imperative sentence.
+    swept : bool
+        Whether the drive has the shape of the output, so that a sweep measures the response.
+    calibrated : bool
+        Whether `rendering.drive.friction_calibration` fits its settings to a person.
+    sampled : bool
+        False for a drive of strengths, a few hundred per second, which no sound card plays.
+    hazard : str
+        Warning before the drive is played; ``{peak}`` is its largest value.
+    close_up_s : float
+        Length of the close-up in the figure of a drive, s.
+    """
+
+    name: str
+    settings: type[BaseModel]
+    drive: DriveFunction
+    renders: Literal["vibration", "friction"] = "vibration"
+    stream_signal: Callable[[Display, str, Mapping[str, Any]], StreamDrive] | None = None
+    stream_surface: Callable[[Display, Signal, str, Level], StreamDrive] | None = None
+    response_known: Callable[[Display], bool] = lambda display: display.response is not None
+    measured_by: str = ""
+    swept: bool = False
+    calibrated: bool = False
+    sampled: bool = True
+    hazard: str = ""
+    close_up_s: float = 0.1
+
+
+FAMILIES = PluginGroup(
+    "display family",
+    "tactogram.rendering.families",
+    "tactogram.display_families",
+    "TACTOGRAM_DISPLAY_FAMILIES",
+)
+"""Modules with a ``FAMILY``, a `DisplayFamily`."""
+
+
+def display_family(name: str) -> DisplayFamily:
+    """Return a family by name; `ParameterError` if there is none, or its module does not define one."""
+    return FAMILIES.definition(name, "FAMILY", DisplayFamily)

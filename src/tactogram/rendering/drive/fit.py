@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import display_family
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts

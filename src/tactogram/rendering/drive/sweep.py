@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import display_family
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import fade_window
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import Signal

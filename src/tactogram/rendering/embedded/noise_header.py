@@ -40,7 +40,7 @@ from tactogram.signal.modulated_noise_synthesis import (
     SILENT,
     band_sections,
 )
-from tactogram.signal.tone_synthesis import START_S
+from tactogram.signal.tones import START_S
 
 BLOCK_S = 0.005
 MOST_FRAMES = 10_000

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy import signal as dsp
 
+from tactogram.rendering.displays.catalogue import DisplayFamily
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.drive.report import percent
 from tactogram.rendering.drive.strength import StrengthSettings, correlation, strength
 from tactogram.rendering.level import Level

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from tactogram.rendering.displays.catalogue import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.drive.electrovibration import (
     HIGHEST_HZ,
     Settings,

@@ -11,8 +11,8 @@ from pydantic import Field
 from scipy import fft
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.response import EDGE_OCTAVES, InverseResponse, edges, inverse
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.level_scaling import MOTION, factor_of, kinematic_power, within_limits

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from tactogram.rendering.displays.catalogue import DisplayFamily
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily
 from tactogram.rendering.drive.strength import StrengthSettings, correlation, strength
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal

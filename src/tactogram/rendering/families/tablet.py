@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.catalogue import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.response import edges
 from tactogram.rendering.drive.equaliser import Equaliser, equaliser
 from tactogram.rendering.drive.report import amount, out_of_band_db

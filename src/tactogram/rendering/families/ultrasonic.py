@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError, UnitError
+from tactogram.rendering.displays.catalogue import DisplayFamily, MotionBlock
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import DisplayFamily, MotionBlock
 from tactogram.rendering.drive.equaliser import Equaliser, EqualiserDesign, equaliser
 from tactogram.rendering.drive.modulation import CarrierSettings, limited, pre_emphasis, scaled_within, shaped
 from tactogram.rendering.drive.report import amount

@@ -31,7 +31,7 @@ from tactogram.rendering.files.loss import (
 from tactogram.rendering.files.reading import HapticFile, decoded
 from tactogram.signal import Signal
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.description import SignalDescription
+from tactogram.signal.io.content import SignalDescription
 from tactogram.signal.resampling import resample
 
 GRAVITY = 1.0

@@ -28,7 +28,7 @@ from tactogram.rendering.files.events import (
     joined,
 )
 from tactogram.signal import Signal
-from tactogram.signal.io.description import decode as read_description
+from tactogram.signal.io.content import decode as read_description
 
 MOST_TICKS = 48_000
 MODALITIES = (

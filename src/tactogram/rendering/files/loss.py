@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tactogram.rendering.files.analysis import envelope_of
+from tactogram.rendering.files.control_points import Pulse
 from tactogram.rendering.files.events import PULSE_S, STEP_S, Events, Line, spans_of, stepped
-from tactogram.rendering.files.steps import Pulse
 from tactogram.signal import Signal
 from tactogram.signal.resampling import resample
 

@@ -16,7 +16,7 @@ from tactogram.rendering.files.catalogue import HapticFormat, formats_with, hapt
 from tactogram.rendering.files.documents import DecodedDocument, Node, Notes, parse, sample_count
 from tactogram.rendering.files.events import Events
 from tactogram.signal import Signal
-from tactogram.signal.io.description import SignalDescription, decode as read_description
+from tactogram.signal.io.content import SignalDescription, decode as read_description
 
 MOST_BYTES = 500_000_000
 """Largest file that is read."""

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.rendering.displays.family import MotionBlock, MotionSamples
+from tactogram.rendering.displays.catalogue import MotionBlock, MotionSamples
 from tactogram.rendering.streaming.motion import (
     FARTHEST_MM,
     FASTEST_MM_S,

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.rendering.displays.family import MotionBlock
+from tactogram.rendering.displays.catalogue import MotionBlock
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.streaming.texture_table import check_axis, models_on_grid, node
 from tactogram.rendering.streaming.textures import Block, Resampler

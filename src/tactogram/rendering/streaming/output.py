@@ -18,13 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.displays.catalogue import MotionBlock, StreamDrive, display_family
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import MotionBlock, StreamDrive, display_family
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.level import Level
 from tactogram.rendering.streaming.engine import LEAST_RATE, Engine
-from tactogram.rendering.streaming.surface import SurfaceTexture
+from tactogram.rendering.streaming.textures import SurfaceTexture
 from tactogram.signal.signal import Signal
 
 Block = NDArray[np.float32]

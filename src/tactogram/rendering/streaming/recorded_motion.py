@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tactogram.errors import DataError, DeviceError, ParameterError, one_line
 from tactogram.rendering.streaming.motion import MotionSample
@@ -178,3 +179,132 @@ def mouse_step(packet: bytes) -> tuple[bool, int, int]:
     """Return whether the left button is down, and the counts right and up, from a PS/2 packet of three bytes."""
     head, right, up = packet
     return bool(head & 1), right - (256 if head & 0x10 else 0), up - (256 if head & 0x20 else 0)
+
+
+Array = NDArray[np.float64]
+
+UP_S = 0.08
+"""Time in which a finger lifts before it moves on, or comes down, s."""
+
+
+POSITION_RATE, FORCE_RATE = 250.0, 500.0
+"""Rates of the two sensors, Hz."""
+LENGTH_MM, DURATION_S = (40.0, 120.0), (0.4, 1.2)
+"""Of a stroke, which follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times
+its mean."""
+REST_S, LIFT_S, STROKES_BETWEEN_LIFTS = (0.02, 0.25), (0.15, 0.5), 3
+"""Every few strokes the finger lifts and lands elsewhere."""
+FORCE_N = 0.6
+"""Mean normal force while touching, which varies by about a third."""
+
+
+class SimulatedHand:
+    """Motion of a simulated hand for ``seconds``; the same seed gives the same motion.
+
+    ``noise_mm`` is the standard deviation of a position.
+    """
+
+    name = "simulated hand"
+    simulated = True
+
+    def __init__(self, seconds: float, *, seed: int, noise_mm: float = 0.01) -> None:
+        if not (seconds > 0 and math.isfinite(seconds)):
+            raise ParameterError(f"seconds must be > 0, got {seconds}")
+        random = np.random.default_rng(seed)
+        knots = _journey(seconds, random)
+        at = np.arange(math.ceil(seconds * POSITION_RATE)) / POSITION_RATE
+        x, y, _ = _along(knots, at)
+        x += noise_mm * random.standard_normal(len(x))
+        y += noise_mm * random.standard_normal(len(y))
+        # Half an interval apart, like two independent sensors.
+        at_force = np.asarray((np.arange(math.ceil(seconds * FORCE_RATE)) + 0.5) / FORCE_RATE, np.float64)
+        force = _force(knots, at_force, random)
+        times = np.concatenate((at, at_force))
+        order = np.argsort(times, kind="stable")
+        nothing = np.full(len(at_force), math.nan)
+        self._times = times[order]
+        self._x = np.concatenate((x, nothing))[order]
+        self._y = np.concatenate((y, nothing))[order]
+        self._force = np.concatenate((np.full(len(at), math.nan), force))[order]
+        self._next = 0
+
+    def poll(self, now_s: float) -> list[MotionSample]:
+        """Return the motion since the last call up to ``now_s``, without delay."""
+        end = int(np.searchsorted(self._times, now_s, side="right"))
+        begin, self._next = self._next, max(self._next, end)
+        return [
+            MotionSample(t, t, x, y, math.nan, force)
+            for t, x, y, force in zip(
+                self._times[begin:end].tolist(),
+                self._x[begin:end].tolist(),
+                self._y[begin:end].tolist(),
+                self._force[begin:end].tolist(),
+                strict=True,
+            )
+        ]
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+@dataclass(frozen=True)
+class _HandMove:
+    begin_s: float
+    end_s: float
+    start: tuple[float, float]
+    stop: tuple[float, float]
+    touching: bool
+
+
+def _journey(seconds: float, random: np.random.Generator) -> list[_HandMove]:
+    """Return consecutive moves that last at least ``seconds``."""
+    moves: list[_HandMove] = []
+    now, place, direction = 0.0, (0.0, 0.0), 1.0
+
+    def go(lasting: float, to: tuple[float, float], *, touching: bool) -> None:
+        nonlocal now, place
+        moves.append(_HandMove(now, now + lasting, place, to, touching))
+        now, place = now + lasting, to
+
+    go(0.2, place, touching=False)
+    while now < seconds:
+        strokes = 1 + random.poisson(STROKES_BETWEEN_LIFTS - 1)
+        go(random.uniform(*REST_S), place, touching=True)
+        for _ in range(strokes):
+            length = random.uniform(*LENGTH_MM)
+            to = (place[0] + direction * length, place[1] + random.normal(0, 0.05 * length))
+            go(random.uniform(*DURATION_S), to, touching=True)
+            go(random.uniform(*REST_S), place, touching=True)
+            direction = -direction
+        landing = (place[0] + random.uniform(-30, 30), place[1] + random.uniform(-30, 30))
+        go(UP_S, place, touching=False)
+        go(random.uniform(*LIFT_S), landing, touching=False)
+        go(UP_S, landing, touching=False)
+    return moves
+
+
+def _along(moves: list[_HandMove], at: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return x, y (mm) and whether the finger touches, at times ``at`` (s)."""
+    place = np.searchsorted([move.end_s for move in moves], at, side="right")
+    begin, end = (np.array([getattr(m, name) for m in moves])[place] for name in ("begin_s", "end_s"))
+    start, stop = (np.array([getattr(m, name) for m in moves])[place] for name in ("start", "stop"))
+    share = np.clip((at - begin) / (end - begin), 0, 1)
+    progress = share**3 * (10 - 15 * share + 6 * share**2)
+    position = start + progress[:, None] * (stop - start)
+    touching = np.array([m.touching for m in moves])[place]
+    return position[:, 0], position[:, 1], touching
+
+
+def _force(moves: list[_HandMove], at: Array, random: np.random.Generator) -> Array:
+    """Return the force at times ``at``, N: 0 in the air, slowly varying on the surface, rising and falling fast."""
+    _, _, touching = _along(moves, at)
+    slow = np.zeros(len(at))
+    for hz in (0.3, 0.7, 1.9):
+        slow += np.sin(2 * np.pi * (hz * at + random.uniform())) / 3
+    wanted = np.where(touching, FORCE_N * (1 + 0.6 * slow), 0.0)
+    smooth = np.empty(len(at))
+    force, decay = 0.0, math.exp(-1 / (0.012 * FORCE_RATE))
+    for i, value in enumerate(wanted):
+        force = value + decay * (force - value)
+        smooth[i] = force
+    return np.where(smooth < 0.01, 0.0, smooth)

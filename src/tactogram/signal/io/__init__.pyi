@@ -7,9 +7,18 @@ from .arrays import (
 )
 from .atomic import (
     atomic_write as atomic_write,
+    check_writable as check_writable,
+    lock as lock,
     write_text as write_text,
 )
 from .content import (
+    IGNORED as IGNORED,
+    LABELS as LABELS,
+    RATE as RATE,
+    TIME as TIME,
+    UNCLEAR as UNCLEAR,
+    RawTable as RawTable,
+    TableLayout as TableLayout,
     default_axes as default_axes,
 )
 from .files import (
@@ -32,17 +41,6 @@ from .files import (
 from .hdf5 import (
     MAGIC as MAGIC,
 )
-from .layout import (
-    IGNORED as IGNORED,
-    LABELS as LABELS,
-    RATE as RATE,
-    TIME as TIME,
-    UNCLEAR as UNCLEAR,
-    TableLayout as TableLayout,
-)
-from .locks import (
-    lock as lock,
-)
 from .matlab import (
     check_unpacked as check_unpacked,
 )
@@ -56,14 +54,11 @@ from .picture import (
     read_image_metadata as read_image_metadata,
     write_image as write_image,
 )
-from .raw_table import (
-    RawTable as RawTable,
-)
-from .riff import (
-    read_header as read_header,
-)
 from .roles import (
     roles_of as roles_of,
+)
+from .sound import (
+    read_header as read_header,
 )
 from .table_content import (
     unit_note as unit_note,
@@ -72,7 +67,7 @@ from .table_head import (
     TableHead as TableHead,
     head_of as head_of,
 )
-from .table_lines import (
+from .text_rows import (
     pairs_in as pairs_in,
     unstamped as unstamped,
 )
@@ -80,7 +75,4 @@ from .vocabulary import (
     STREAM_OF_UNIT as STREAM_OF_UNIT,
     heading as heading,
     time_unit_of as time_unit_of,
-)
-from .writable import (
-    check_writable as check_writable,
 )

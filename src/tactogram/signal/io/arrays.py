@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
-from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.raw_table import Column, RawTable
+from tactogram.signal.io.content import Column, RawTable, SignalDescription, decode
 from tactogram.signal.io.vocabulary import heading
 from tactogram.signal.signal import Signal
 from tactogram.signal.units import parse_seconds

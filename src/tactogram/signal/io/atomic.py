@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import os
 import secrets
+import sys
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from tactogram.errors import ParameterError
 
 
 @contextmanager
@@ -57,3 +61,47 @@ def _take(part: Path, path: Path) -> None:
         return
     except OSError:  # a file system without links
         part.replace(path)
+
+
+def check_writable(path: Path, *, folder: bool = False) -> None:
+    """Raise a `ParameterError` if a file, or with ``folder`` a folder of files, cannot be written to a path.
+
+    Permissions are not sufficient (a file system may be read-only, a network share may have its own), so an unnamed
+    file is opened in the nearest existing folder; nothing is left there, and no folder is made.
+    """
+    try:
+        if folder and path.exists() and not path.is_dir():
+            raise ParameterError(f"{path}: is a file; a folder is needed here: give another name")
+        if not folder and path.is_dir():
+            raise ParameterError(f"{path}: is a folder; a file is needed here: give another name")
+        whole = path.absolute()
+        there = next(at for at in ((whole, *whole.parents) if folder else whole.parents) if at.exists())
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise ParameterError(f"{path}: cannot be written ({error.strerror}); give another place") from error
+
+
+def lock(opened: int, *, shared: bool = False) -> bool:
+    """Lock the open file of a descriptor until it is closed, without waiting; return whether it is locked.
+
+    A file that is opened twice is locked separately, even by one process. Other ``shared`` locks are allowed, except on
+    Windows. A file system without locks raises an OSError.
+    """
+    # Each module exists on one kind of system only.
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(opened, 1 << 30, os.SEEK_SET)  # behind the end, since locked bytes cannot be read
+        try:
+            msvcrt.locking(opened, msvcrt.LK_NBLCK, 1)
+        except OSError:
+            return False
+        return True
+    import fcntl
+
+    try:
+        fcntl.flock(opened, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True

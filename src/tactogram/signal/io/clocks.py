@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.content import RawTable
 from tactogram.signal.io.stamps import stamp_kind
 from tactogram.signal.io.vocabulary import Heading, heading, headings_of, time_unit_of, words_of
 from tactogram.signal.units import parse_seconds, split_heading

@@ -1,20 +1,204 @@
-"""Content of a file before it becomes a Signal: numbers, metadata, and their place in the file."""
+"""Content of a file before it becomes a Signal: raw columns and their layout, numbers, metadata."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Annotated, Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tactogram.errors import DataError, TactogramError
-from tactogram.signal.io.description import SignalDescription
-from tactogram.signal.io.layout import ColumnUse, TableLayout
-from tactogram.signal.signal import Signal, check_rate
+from tactogram.errors import DataError, ParameterError, TactogramError, UnitError
+from tactogram.signal.signal import RATES, Domain, Signal, check_rate
 from tactogram.signal.timing import to_uniform
-from tactogram.signal.units import parse_unit
+from tactogram.signal.units import parse_seconds, parse_unit
+from tactogram.text_files import parse_json
+
+VERSION = 1
+
+
+@dataclass(frozen=True)
+class SignalDescription:
+    """Everything about a signal but its samples, as one line of JSON in a comment of the file."""
+
+    rate: float  # exact; a WAV header has whole Hz only
+    unit: str
+    axes: tuple[str, ...]
+    domain: Domain = "time"
+    full_scale: float | None = None  # value of the largest integer, in unit; for integer samples only
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(
+        cls, signal: Signal, metadata: Mapping[str, Any] | None, *, full_scale: float | None = None
+    ) -> SignalDescription:
+        """Return the description of ``signal``."""
+        return cls(signal.rate, signal.unit, signal.axes, signal.domain, full_scale, dict(metadata or {}))
+
+    def encode(self) -> str:
+        """Return it as one line of ASCII; `ParameterError` if the metadata is not JSON."""
+        facts = {
+            "tactogram": VERSION,
+            "rate": self.rate,
+            "unit": self.unit,
+            "axes": self.axes,
+            "domain": self.domain,
+            "full_scale": self.full_scale,
+            "metadata": self.metadata,
+        }
+        try:
+            return json.dumps(facts, allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise ParameterError(f"metadata must be JSON values: {error}") from error
+
+
+def decode(text: str, where: str) -> SignalDescription | None:
+    """Return the description in ``text``, or None for a foreign comment; `DataError` if it is damaged or too new."""
+    try:
+        facts = parse_json(text, where)
+    except DataError:
+        return None
+    if not isinstance(facts, dict) or "tactogram" not in facts:
+        return None
+    if facts["tactogram"] != VERSION:
+        raise DataError(
+            f"{where}: description must be of version {VERSION}, got {facts['tactogram']!r}; update"
+        )
+    try:
+        scale = facts["full_scale"]
+        return SignalDescription(
+            rate=float(facts["rate"]),
+            unit=str(facts["unit"]),
+            axes=tuple(str(name) for name in facts["axes"]),
+            domain=cast("Domain", facts["domain"]),
+            full_scale=None if scale is None else float(scale),
+            metadata=dict(facts["metadata"]),
+        )
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise DataError(f"{where}: description is damaged: {error!r}") from error
+
+
+Column = NDArray[np.float64] | NDArray[np.object_]
+"""Cells of a column, shape (row,): numbers, NaN where one is missing; or str, datetime and None where some are no
+numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class RawTable:
+    """Columns of equal length, whatever the format of the file: text, worksheet, arrays, channels of a measurement.
+
+    A file whose columns are of several lengths or rates is several of these.
+    """
+
+    path: Path
+    headings: tuple[str, ...]  # as in the file; "1", "2", … if it has none
+    columns: tuple[Column, ...]
+    units: tuple[str | None, ...] = ()
+    """As the file spells them apart from the headings; empty if it does not."""
+    groups: tuple[str, ...] = ()
+    """Array, structure or sheet of each column; empty if there is none."""
+    named: bool = True
+    """Whether the headings are the file's."""
+    rows: Sequence[int] = ()
+    """Number of each row in the file, as an editor or spreadsheet counts; empty: from 0."""
+    rate: float | None = None
+    """Hz, if the file states one, in ``rate_name``."""
+    rate_name: str | None = None
+    description: SignalDescription | None = None
+    """If this package wrote the file."""
+    comment: str | None = None
+    notes: tuple[str, ...] = ()
+    """One line each, on what was left out or assumed while reading."""
+
+    brief: bool = False
+    """Whether these are the first rows of a longer table: what is constant or rises at times may be an axis."""
+
+    def __len__(self) -> int:
+        return len(self.columns[0]) if self.columns else 0
+
+    @property
+    def numbered(self) -> bool:
+        """Whether the columns are those of matrices or of a table without headings, and so have no names."""
+        return not self.named or bool(self.groups and set(self.groups).isdisjoint(self.headings))
+
+
+TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
+LABELS = MATERIAL, SESSION, SUBJECT, TRIAL = "material", "session", "subject", "trial"
+"""Roles of columns of words or codes."""
+
+
+@dataclass(frozen=True)
+class ColumnUse:
+    """One column and what it is read as."""
+
+    heading: str
+    role: str  # name of the axis, or one of those above
+    unit: str | None = None  # as the heading or the layout spells it
+    stream: str | None = None  # of an axis of another stream than the signal's
+    reason: str | None = None  # what an ignored column is, or why it is left out
+
+
+class TableLayout(BaseModel):
+    """Contents of the columns of a table, whatever their headings suggest."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    columns: Annotated[tuple[str, ...], Field(min_length=1)]
+    """All headings of the tables to which it applies, in order (``"1"``, ``"2"``, … of a table without any), or the
+    names of all arrays in an NPZ or MAT file (``"data:1"``, ``"data:2"``, … for the columns of a matrix)."""
+    axes: dict[str, str] = {}
+    """Heading of each axis by the axis's name: the other columns are ignored. Without any, the headings decide."""
+    unit: str | None = None
+    """Unit of the axes; by default that of their headings."""
+    time: str | None = None
+    """Heading of the time stamps; with ``axes`` there are none by default."""
+    material: str | None = None
+    """Heading of the materials, words or codes, one recording as long as they stay; with ``axes`` there are none by
+    default."""
+    session: str | None = None
+    """Heading of the sessions, which also divide the recordings, as the two below."""
+    subject: str | None = None
+    trial: str | None = None
+    time_unit: str | None = None
+    """``"s"``, ``"ms"``, ``"us"`` or ``"ns"`` of the time stamps; by default as their heading says."""
+    rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = None
+    """Sampling rate in Hz; tables with time stamps are resampled to it."""
+    stream: str | None = None
+    """Name of the stream in a store; by default after the unit."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        for key, heading in {
+            **{f"axes.{name}": h for name, h in self.axes.items()},
+            "time": self.time,
+            **self.labels,
+        }.items():
+            if heading is not None and heading not in self.columns:
+                raise ValueError(
+                    f"{key} must be one of the columns {', '.join(self.columns)}, got {heading!r}"
+                )
+        used = [*self.axes.values(), *([] if self.time is None else [self.time]), *self.labels.values()]
+        if len(set(used)) < len(used):
+            raise ValueError(f"a column must be used once, got {', '.join(used)}")
+        if self.time_unit is not None and self.time is None:
+            raise ValueError("time_unit must come with time, the column of the stamps")
+        if self.time_unit is not None and parse_seconds(self.time_unit) is None:
+            raise ValueError(f"time_unit must be s, ms, us or ns, got {self.time_unit!r}")
+        if self.unit is not None:
+            try:
+                parse_unit(self.unit)
+            except UnitError as error:
+                raise ValueError(str(error)) from None
+        return self
+
+    @property
+    def labels(self) -> Mapping[str, str]:
+        """Headings of the columns of labels by role."""
+        return {role: heading for role in LABELS if (heading := getattr(self, role)) is not None}
 
 
 @dataclass(frozen=True, eq=False)

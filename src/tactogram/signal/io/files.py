@@ -16,10 +16,16 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io import arrays, hdf5, labview, matlab, records, sound, table, worksheet
 from tactogram.signal.io.archives import unpacked
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.content import FileContent, assemble
-from tactogram.signal.io.description import SignalDescription
-from tactogram.signal.io.layout import IGNORED, UNCLEAR, ColumnUse, TableLayout
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.content import (
+    IGNORED,
+    UNCLEAR,
+    ColumnUse,
+    FileContent,
+    RawTable,
+    SignalDescription,
+    TableLayout,
+    assemble,
+)
 from tactogram.signal.io.roles import roles_of
 from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT

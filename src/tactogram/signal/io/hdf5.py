@@ -13,7 +13,7 @@ from tactogram.errors import DataError, one_line
 from tactogram.extras import imported
 from tactogram.signal.io.archives import UnpackedSizeError, check_size
 from tactogram.signal.io.arrays import array_tables
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.content import RawTable
 
 MAGIC = b"\x89HDF\r\n\x1a\n"
 UNITS = ("unit", "units", "unit_string")

@@ -9,9 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.signal.io.content import FileContent
-from tactogram.signal.io.layout import MATERIAL, SESSION, SUBJECT, TRIAL
-from tactogram.signal.io.raw_table import Column, RawTable
+from tactogram.signal.io.content import MATERIAL, SESSION, SUBJECT, TRIAL, Column, FileContent, RawTable
 from tactogram.signal.units import split_heading
 
 HEADINGS = {

@@ -20,7 +20,7 @@ from tactogram.errors import DataError, UnitError, one_line
 from tactogram.extras import imported
 from tactogram.signal.io import table
 from tactogram.signal.io.arrays import array_columns
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.content import RawTable
 from tactogram.signal.units import parse_unit
 from tactogram.text_files import detected_text
 

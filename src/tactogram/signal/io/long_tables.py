@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.signal.io.clocks import clocks_of
+from tactogram.signal.io.content import RawTable
 from tactogram.signal.io.labels import HEADINGS, label_of_cell
-from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_head import is_number
 from tactogram.signal.io.vocabulary import headings_of, words_of

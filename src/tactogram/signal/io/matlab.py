@@ -14,7 +14,7 @@ from tactogram.errors import DataError, one_line
 from tactogram.signal.io import hdf5
 from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError
 from tactogram.signal.io.arrays import array_tables
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.content import RawTable
 
 MOST_STRUCTURES = 64
 """Elements of a list of structures that are read."""

@@ -10,7 +10,7 @@ import numpy as np
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io.archives import UnpackedSizeError, check_size
 from tactogram.signal.io.arrays import array_tables
-from tactogram.signal.io.raw_table import Column, RawTable
+from tactogram.signal.io.content import Column, RawTable
 from tactogram.signal.io.table_columns import converted
 from tactogram.text_files import detected_text, parse_json
 

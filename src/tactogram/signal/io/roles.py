@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.clocks import choose_clock, clocks_of, ticks_evenly
-from tactogram.signal.io.content import default_axes
+from tactogram.signal.io.content import IGNORED, RATE, TIME, ColumnUse, RawTable, TableLayout, default_axes
 from tactogram.signal.io.labels import label_columns
-from tactogram.signal.io.layout import IGNORED, RATE, TIME, ColumnUse, TableLayout
-from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.stamps import is_date
 from tactogram.signal.io.table_head import is_number
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT, Heading, heading, headings_of

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from tactogram.errors import DataError
-from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.raw_table import Column, RawTable
+from tactogram.signal.io.content import Column, RawTable, SignalDescription, decode
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_columns import (
     converted,
@@ -32,15 +31,18 @@ from tactogram.signal.io.table_head import (
     rate_in,
     units_in,
 )
-from tactogram.signal.io.table_lines import (
+from tactogram.signal.io.text_rows import (
+    SNIFFED_ROWS,
     NumberedLine,
+    TextRows,
     cleaned,
     is_ruler,
     pairs_apart,
     prefix_apart,
+    separator_of,
+    split,
     without_brackets,
 )
-from tactogram.signal.io.text_rows import SNIFFED_ROWS, TextRows, separator_of, split
 from tactogram.signal.io.vocabulary import heading as heading_of
 from tactogram.signal.signal import Signal
 from tactogram.text_files import detected_text

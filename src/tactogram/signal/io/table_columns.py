@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
-from tactogram.signal.io.raw_table import Column
+from tactogram.signal.io.content import Column
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_head import DECIMAL_COMMA, MISSING, NUMBER_WITH_UNIT, is_missing, is_number
 

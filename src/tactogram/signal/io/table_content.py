@@ -10,11 +10,9 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError
 from tactogram.signal.io.clocks import forward, split_by_clocks, with_whole_clock
-from tactogram.signal.io.content import FileContent, default_axes
+from tactogram.signal.io.content import ColumnUse, FileContent, RawTable, TableLayout, default_axes
 from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
-from tactogram.signal.io.layout import ColumnUse, TableLayout
 from tactogram.signal.io.long_tables import split_by_sensor
-from tactogram.signal.io.raw_table import RawTable
 from tactogram.signal.io.roles import StreamColumns, TableRoles, rank_of, roles_of
 from tactogram.signal.io.stamps import stamp_seconds
 from tactogram.signal.io.table_head import is_number

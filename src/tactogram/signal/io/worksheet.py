@@ -13,8 +13,7 @@ import numpy as np
 from tactogram.errors import DataError, ParameterError, one_line
 from tactogram.extras import imported
 from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
-from tactogram.signal.io.description import SignalDescription, decode
-from tactogram.signal.io.raw_table import RawTable
+from tactogram.signal.io.content import RawTable, SignalDescription, decode
 from tactogram.signal.io.table import heading, table_of_cells
 from tactogram.signal.signal import Signal
 

@@ -31,8 +31,8 @@ from tactogram.signal.io import (
     read_image_metadata,
     write_signal,
 )
-from tactogram.signal.io.layout import ColumnUse
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable
+from tactogram.signal.io.content import ColumnUse
 from tactogram.signal.resampling import resample
 from tactogram.workflows.data.requests import ConversionRequest
 from tactogram.workflows.progress import ProgressCallback, silent

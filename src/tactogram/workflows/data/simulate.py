@@ -20,7 +20,7 @@ from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.writing import check_new, new_store
 from tactogram.errors import DataError, TactogramError
 from tactogram.main_script import allowed_processes
-from tactogram.signal.io.locks import lock
+from tactogram.signal.io.atomic import lock
 from tactogram.workflows.data.requests import SimulationRequest
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.request import takes

@@ -23,12 +23,12 @@ from tactogram.datasets.mapping import read_mapping, write_mapping
 from tactogram.datasets.preview import preview_dataset, proposed_layouts
 from tactogram.datasets.rates import CommonRates
 from tactogram.datasets.recording import FileReading
-from tactogram.datasets.store.copying import copy_store
 from tactogram.datasets.store.remote import is_remote
 from tactogram.datasets.store.store import problems
+from tactogram.datasets.store.writing import copy_store
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file, read_image
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable
 from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
@@ -111,7 +111,7 @@ def _preview(request: ImportRequest) -> dict[str, Any]:
 
 
 def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
-    """Copy a store to a folder or a URL; see `tactogram.datasets.store.copying.copy_store`.
+    """Copy a store to a folder or a URL; see `tactogram.datasets.store.writing.copy_store`.
 
     Keys of the result: ``path`` (of the copy), ``recordings``, ``sha256``, ``bytes``.
     """
@@ -232,7 +232,7 @@ def add_signal(request: AdditionRequest) -> dict[str, Any]:
 
 def _ratings_info(ratings: Ratings) -> dict[str, Any]:
     # Imports statistics, which takes longer than reading most stores.
-    from tactogram.workflows.data.rating_summary import ratings_info
+    from tactogram.workflows.data.rating_tables import ratings_info
 
     return ratings_info(ratings)
 

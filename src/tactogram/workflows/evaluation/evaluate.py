@@ -23,11 +23,11 @@ from tactogram.evaluation.classification import ClassificationResult, evaluate_c
 from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, Model
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable
 from tactogram.text_files import finite_json
 from tactogram.validation import validated
 from tactogram.workflows.evaluation.generator import evaluate_generator
-from tactogram.workflows.evaluation.picture_pairs import generates_pictures
+from tactogram.workflows.evaluation.picture_report import generates_pictures
 from tactogram.workflows.evaluation.pictures import evaluate_run_pictures
 from tactogram.workflows.evaluation.ratings import evaluate_predictor
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings

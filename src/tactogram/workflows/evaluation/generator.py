@@ -13,10 +13,9 @@ from threadpoolctl import threadpool_limits
 from tactogram import models
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError
-from tactogram.evaluation.generation.comparison import MODEL, GenerationResult
+from tactogram.evaluation.generation.comparison import MODEL, GenerationResult, PiecePlan, plan_pieces
 from tactogram.evaluation.generation.protocol import evaluate_generation
 from tactogram.evaluation.generation.report import generation_sections
-from tactogram.evaluation.generation.segments import PiecePlan, plan_pieces
 from tactogram.evaluation.report import ReportSection
 from tactogram.model import Example, Model, SignalKind
 from tactogram.signal import Signal

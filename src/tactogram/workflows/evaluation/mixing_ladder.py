@@ -18,8 +18,7 @@ from tactogram.evaluation.mixing.placement import IndistinctEndsError, MixingLad
 from tactogram.evaluation.report import save_figure
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.evaluation.requests import MixRequest
 from tactogram.workflows.generation.generate import generate

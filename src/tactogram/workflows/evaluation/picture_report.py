@@ -3,29 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
+from tactogram.datasets import Examples, part_examples
 from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.attention_maps import attention_maps, attention_note
 from tactogram.evaluation.pictures.distances import MEASURES
 from tactogram.evaluation.pictures.figures import PictureCase, failures_figure, pictures_figure
 from tactogram.evaluation.pictures.inversion import InversionLoss
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, save_figure
+from tactogram.features.photo_pairs import WeakPairs
 from tactogram.training.picture_learner import PictureLearner
-from tactogram.workflows.evaluation.picture_pairs import (
-    MOST_PAIRS,
-    PicturePairs,
-    generated_pairs,
-    pairs_of_test,
-    picture_generator,
-    training_and_test,
-)
+from tactogram.training.seeds import torch_seeded
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
 
 MOST_SHOWN = 9
 """Materials in a figure: as many as in the paper's Figure 3."""
@@ -162,3 +160,86 @@ def _cases(loaded: LoadedRun, pairs: PicturePairs) -> Any:
 def _attention(model: PictureLearner[Any], photo: Tensor) -> Tensor:
     """Return Grad-CAM of photographs, shape (photograph, row, column)."""
     return attention_maps(model.gan.bare_generator.eval(), photo, *model.conditioning(photo))
+
+
+MOST_PAIRS = 256
+"""Pairs of the test part that are evaluated, evenly spread over it."""
+BATCH = 32
+
+
+@dataclass(frozen=True, eq=False)
+class PicturePairs:
+    """Photographs, shape (pair, 1, row, column), the recorded and the generated pictures of each, and the materials."""
+
+    photo: Tensor
+    real: Tensor
+    made: Tensor
+    materials: tuple[str, ...]
+    label_accuracy: float | None
+
+    def by_material(self) -> dict[str, NDArray[np.intp]]:
+        """Return the places of each material's pairs."""
+        return {
+            name: np.flatnonzero(np.equal(self.materials, name).astype(bool))
+            for name in sorted(set(self.materials))
+        }
+
+
+def generates_pictures(loaded: LoadedRun) -> bool:
+    """Return whether a run generates spectrogram pictures from photographs."""
+    return isinstance(loaded.model, PictureLearner)
+
+
+def picture_generator(loaded: LoadedRun) -> PictureLearner[Any]:
+    """Return the model of a run that generates spectrogram pictures; refuse others."""
+    if not isinstance(loaded.model, PictureLearner):
+        raise ParameterError(f"{loaded.facts.name} makes no spectrogram pictures of photographs")
+    return loaded.model
+
+
+def training_and_test(loaded: LoadedRun) -> tuple[Examples, Examples]:
+    """Return training and test part; the same part twice where the protocol splits crops."""
+    store, split = test_part(loaded.run)
+    train, test = (
+        part_examples(store, split, part, loaded.as_trained, label=loaded.run.data["label"])
+        for part in ("train", "train" if picture_generator(loaded).translation.crop_protocol else "test")
+    )
+    return train, test
+
+
+def pairs_of_test(loaded: LoadedRun, test: Examples) -> WeakPairs:
+    """Return the pairs of the test part."""
+    translation = picture_generator(loaded).translation
+    pairs: WeakPairs | None = (
+        translation.pairs(test, "test") if translation.crop_protocol else translation.unseen(test)
+    )
+    if pairs is None:
+        raise ParameterError(
+            f"{loaded.run.name}: the test part has no photograph and recording that are large enough"
+        )
+    return pairs
+
+
+def generated_pairs(
+    loaded: LoadedRun, pairs: WeakPairs, most: int, progress: ProgressCallback
+) -> PicturePairs:
+    """Return at most ``most`` of the pairs, evenly spread, with the pictures that the run generates."""
+    model = picture_generator(loaded)
+    places = np.unique(np.linspace(0, len(pairs) - 1, min(len(pairs), most)).round().astype(int))
+    batches, made, correct = [], [], []
+    with torch_seeded(loaded.recipe.seed, "judge pictures"):  # pix2pix draws its dropout in use
+        for begin in range(0, len(places), BATCH):
+            batch = pairs.batch(places[begin : begin + BATCH])
+            batches.append(batch)
+            made.append(model.make(batch.photo).float().cpu())
+            if model.predictor is not None:
+                correct.append(model.predictor.probabilities(batch.photo).argmax(1).cpu() == batch.label)
+            progress("make pictures", begin + len(batch.photo), len(places))
+    sources = [pairs.photo_sources[crop // pairs.crops.per_photo] for crop in pairs.pairs[places, 0]]
+    return PicturePairs(
+        torch.cat([batch.photo for batch in batches]),
+        torch.cat([batch.picture for batch in batches]),
+        torch.cat(made),
+        tuple(source.material for source in sources),
+        float(torch.cat(correct).float().mean()) if correct else None,
+    )

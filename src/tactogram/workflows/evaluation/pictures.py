@@ -11,15 +11,15 @@ from tactogram.evaluation.pictures.distances import PictureEvaluator, PictureWei
 from tactogram.evaluation.pictures.inversion import InversionLoss, inversion_loss, mean_loss
 from tactogram.evaluation.report import ReportSection
 from tactogram.features.pair_leak import pair_leak
-from tactogram.workflows.evaluation.picture_pairs import (
+from tactogram.workflows.evaluation.picture_report import (
     MOST_PAIRS,
     PicturePairs,
     generated_pairs,
     pairs_of_test,
     picture_generator,
+    picture_sections,
     training_and_test,
 )
-from tactogram.workflows.evaluation.picture_report import picture_sections
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 

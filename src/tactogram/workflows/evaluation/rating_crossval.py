@@ -20,12 +20,12 @@ from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
 from tactogram.recipe import run_id
-from tactogram.workflows.evaluation.crossval_setup import CrossvalSetup, write_results
+from tactogram.workflows.evaluation.crossval import CrossvalSetup, write_results
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.training.requests import CrossvalRequest
 from tactogram.workflows.training.train import run_training
-from tactogram.workflows.workers.kept import kept_values
+from tactogram.workflows.workers.tasks import kept_values
 
 HeldOut = Literal["item", "rater", "both"]
 ITEM_NAMES = ("item", "recording", "material")

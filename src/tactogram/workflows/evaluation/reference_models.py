@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from tactogram import models
 from tactogram.datasets import Examples
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.generation.segments import LONGEST_S, MOST_PIECES, PiecePlan
+from tactogram.evaluation.generation.comparison import LONGEST_S, MOST_PIECES, PiecePlan
 from tactogram.model import Example, Model, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal import Signal

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures.image_figures import GeneratorRow, generated_figure
-from tactogram.evaluation.ratings.label_following import label_fidelity
+from tactogram.evaluation.pictures.figures import GeneratorRow, generated_figure
+from tactogram.evaluation.ratings.reproduction import label_fidelity
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText
 from tactogram.model import ImageKind, Model
 from tactogram.signal import Image
@@ -42,7 +42,7 @@ def evaluate_images(
     The labels are the mean scores of test images; of training images if there are fewer than `FEWEST`, as ``data``
     says. The figures are ``model``, ``run``, ``data``; ``spread`` and ``collapse``
     (`evaluation.pictures.image_spread.ImageSpread`), null of a model that does not measure them; with ``rater`` also
-    ``following`` (`tactogram.evaluation.ratings.label_following.LabelFidelity`, scores 0 to 1) and ``told_by``.
+    ``following`` (`tactogram.evaluation.ratings.reproduction.LabelFidelity`, scores 0 to 1) and ``told_by``.
 
     Raises `ParameterError` if ``rater`` is no rater of images in the run's words.
     """

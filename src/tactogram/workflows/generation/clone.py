@@ -14,7 +14,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import Condition, limits_within
 from tactogram.signal import Signal
 from tactogram.signal.io import read_image, read_signal
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.texture_map import NAMES, NoiseMap
 from tactogram.training.run import Run

@@ -6,18 +6,18 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from tactogram.datasets.simulate.materials import SYNONYMS, known_from
 from tactogram.errors import ParameterError
+from tactogram.features.text_classifier import describe, plain
 from tactogram.model import Condition, Limit
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
-from tactogram.rendering.streaming.recorded_motion import MotionFile
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
+from tactogram.rendering.streaming.recorded_motion import MotionFile, SimulatedHand
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
-from tactogram.workflows.generation.descriptions import set_from, with_materials
 from tactogram.workflows.generation.photographs import description_facts
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
@@ -43,7 +43,7 @@ def generate(
 
     ``condition`` has names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words
     are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead
-    (`tactogram.workflows.generation.descriptions`). The length is by default the model's own. What is outside of what
+    (`tactogram.workflows.generation.generate`). The length is by default the model's own. What is outside of what
     the run learned counts as the nearest inside (`limits`).
 
     Raises
@@ -255,3 +255,38 @@ def _named(condition: Condition) -> dict[str, Any]:
         for name, value in condition.items()
         if value is not None and name not in ("image", "vibration", "motion")
     }
+
+
+def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
+    """Return a condition whose ``text``, if it has one, is replaced by the weights of the materials it describes.
+
+    The name of a material, with no photograph, is that material. Another text stays for a run that predicts surfaces
+    from text; otherwise it is a mix of the materials that it is most like.
+
+    Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text of a mix
+    is like none of them; `MissingExtraError` without the extra ``text``.
+    """
+    found = dict(condition)
+    text = found.pop("text", None)
+    if text is None:
+        return found
+    if found.get("material") is not None:
+        raise ParameterError("conditions 'material' and 'text' describe the surface twice; give one of them")
+    materials = run.any_kind.materials
+    if "material" not in run.facts.conditions or not materials:
+        raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
+    if not isinstance(text, str) or not text.strip():
+        raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
+    if found.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
+        return found | {"material": {named[0]: 1.0}}
+    if run.model.prediction_facts(condition):
+        return found | {"text": text}
+    return found | {"material": describe(text, materials, synonyms=SYNONYMS)}
+
+
+def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict[str, str]:
+    """Return what each everyday material named was set from, in words; empty for a run of other materials."""
+    if run.run.data.get("materials", {}).get("name") != "everyday (simulated)":
+        return {}
+    named = {material} if isinstance(material, str) else {*(material or ())}
+    return {name: known_from(name) for name in run.any_kind.materials if name in named}

@@ -15,8 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from tactogram.datasets.examples import cores
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import run_id
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_table, read_toml
 from tactogram.validation import validated
 from tactogram.workflows.generation.generate import generate_files, suffixes_for
@@ -24,7 +23,7 @@ from tactogram.workflows.generation.word_scores import needs_words, some_words
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import absolute
-from tactogram.workflows.workers.kept import kept_values
+from tactogram.workflows.workers.tasks import kept_values
 
 CHUNK = 16
 """Conditions of a task: loading a run costs more than a signal."""

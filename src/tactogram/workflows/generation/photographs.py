@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_novelty import UNLIKE
+from tactogram.features.photo_descriptor import UNLIKE
 from tactogram.model import Condition
 from tactogram.signal.io import read_image
 from tactogram.workflows.training.known_photographs import known_photographs
@@ -21,7 +21,7 @@ def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]
     """Return facts about a photograph or a text, as far as the run has them.
 
     ``classified_as`` and possibly ``confidence``, if the model classifies photographs; ``nearest_photograph``, the
-    material of the nearest training photograph, and ``novelty``, as of `tactogram.features.photo_novelty`, if the run
+    material of the nearest training photograph, and ``novelty`` (`tactogram.features.photo_descriptor`), if the run
     describes its photographs; ``prediction``, as of `tactogram.model.Model.prediction_facts`.
     """
     predicted = loaded.model.prediction_facts(condition)

@@ -28,7 +28,7 @@ from tactogram.rendering.transducer.admittance import (
 from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable
 from tactogram.validation import FrozenModel, validated
 from tactogram.workflows.rendering.requests import TrackRequest
 from tactogram.workflows.request import takes

@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, ParameterError, TactogramError
-from tactogram.rendering.displays.catalogue import open_display
+from tactogram.rendering.displays.catalogue import display_family, open_display
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.sound_card import opened_card, sound_cards
 from tactogram.rendering.transducer.digilent import find_devices

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.catalogue import open_display, shipped
+from tactogram.rendering.displays.catalogue import display_family, open_display, shipped
 from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.family import display_family
 from tactogram.rendering.displays.response import write_response
 from tactogram.rendering.drive.fit import Drive, fit
 from tactogram.rendering.drive.friction_calibration import calibration_of

@@ -23,8 +23,7 @@ from tactogram.rendering.streaming.backends import (
 from tactogram.rendering.streaming.motion import MotionSource
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
 from tactogram.rendering.streaming.output import Stream
-from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
+from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, SimulatedHand
 from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTracking

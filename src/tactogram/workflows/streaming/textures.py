@@ -14,9 +14,13 @@ from tactogram.model import Condition, material_weights, some_of
 from tactogram.models import shipped_run
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
-from tactogram.rendering.streaming.surface import Along, SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture
+from tactogram.rendering.streaming.textures import (
+    Along,
+    AutoregressiveTexture,
+    StreamingTexture,
+    SurfaceTexture,
+)
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.signal.texture_map import NoiseMap, TextureMap

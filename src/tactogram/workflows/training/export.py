@@ -2,12 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
+import json
+import logging
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from tactogram.errors import ParameterError
+from tactogram.datasets.store.pending import new_folder
+from tactogram.errors import ParameterError, RunError, one_line
+from tactogram.extras import imported
+from tactogram.model import ExportedNetwork, SignalKind
+from tactogram.model.model import Port
+from tactogram.rendering.embedded.noise_header import c_name, noise_header
+from tactogram.rendering.streaming.noise_texture import one_axis
+from tactogram.signal.io.atomic import write_text
+from tactogram.signal.texture_map import NoiseMap
+from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
+from tactogram.workflows.training.hub_folder import export_run
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.requests import ExportRequest
-from tactogram.workflows.training.run_archive import export_run
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
 
 OPTIONS = {
     "push": (None, "hub"),
@@ -32,12 +53,8 @@ def export(request: ExportRequest) -> dict[str, Any]:
         if getattr(request, name) != default and request.to != form:
             raise ParameterError(f"{name} must be omitted with to={request.to!r}: it is for {form}")
     if request.to == "onnx":
-        from tactogram.workflows.training.onnx_export import export_onnx
-
         return export_onnx(request.run, request.out, progress=request.progress)
     if request.to == "c":
-        from tactogram.workflows.training.c_export import export_c
-
         return export_c(
             request.run,
             request.out,
@@ -51,3 +68,177 @@ def export(request: ExportRequest) -> dict[str, Any]:
 
         return export_hub(request.run, request.out, push=request.push)
     return export_run(request.run, request.out)
+
+
+def export_c(
+    run: Path | str,
+    out: Path | str,
+    *,
+    material: str | None = None,
+    speed: float | None = None,
+    force: float | None = None,
+    axis: str = "dft321",
+) -> dict[str, Any]:
+    """Write a material at a speed (mm/s) and force (N), by default the median recorded ones; return the header's facts.
+
+    Raises
+    ------
+    ParameterError
+        If the run has no modulated noise, no such material, or unknown speeds or forces.
+    """
+    loaded = load_run(run)
+    found = {
+        name: each
+        for name, each in zip(loaded.kind.materials, loaded.model.maps, strict=False)
+        if isinstance(each, NoiseMap)
+    }
+    if not found:
+        raise ParameterError(
+            f"{loaded.run.name}: a C header needs a run of texture_var, this is {loaded.facts.name}"
+        )
+    if material not in found:
+        raise ParameterError(f"material must be one of {', '.join(found)}, got {material}")
+    texture = one_axis(found[material].at(speed, force), axis)
+    at = [f"{value:g} {unit}" for value, unit in ((speed, "mm/s"), (force, "N")) if value is not None]
+    facts = [
+        f"Material {material} of run {loaded.run.data['run_id']}, {' and '.join(at) or 'median speed and force'}.",
+        *(["Learned from simulated recordings."] if loaded.simulated else []),
+    ]
+    name = c_name(material)
+    text, cost = noise_header(texture, name=name, facts=facts)
+    write_text(Path(out), text)
+    return {"file": str(out), "name": name, "material": material, "rate_hz": texture.rate, **asdict(cost)}
+
+
+OPSET = 18
+"""Version of ONNX's operators: the first in which all of ours have one form."""
+COMPARED = range(1, 4)
+"""Seeds of the inputs that are compared; the graph is traced with those of seed 0."""
+MOST_DIFFERENCE = 1e-4
+"""Largest difference between onnxruntime and the package, as a share of the largest value."""
+EXTRA = {"extra": "export", "what": "ONNX files"}
+
+
+def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
+    """Write NAME.onnx and NAME.json of every network of ``run`` into the new folder ``out``; return their facts.
+
+    Raises
+    ------
+    ParameterError
+        If the model has no networks, or ``out`` exists.
+    MissingExtraError
+        If onnxscript or onnxruntime are not installed.
+    RunError
+        If a network cannot be exported, or computes something else in onnxruntime.
+    """
+    imported("onnxscript", **EXTRA)
+    imported("onnxruntime", **EXTRA)
+    loaded = load_run(run)
+    networks = loaded.model.exported_networks()
+    if not networks:
+        raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} has no networks to export to ONNX")
+    kind = loaded.any_kind
+    facts = {"model": loaded.facts.name, "run": loaded.run.data["run_id"], "simulated": loaded.simulated}
+    if isinstance(kind, SignalKind):
+        per = "rate_hz" if kind.domain == "time" else "rate_per_mm"
+        facts |= {per: kind.rate, "unit": kind.unit, "axes": list(kind.axes)}
+    found = {}
+    with new_folder(Path(out)) as folder:
+        for number, (name, network) in enumerate(networks.items()):
+            progress("export", number, len(networks), name)
+            try:
+                described = export_network(network, folder / f"{name}.onnx")
+            except RuntimeError as error:  # of torch's exporter and of onnxruntime alike
+                raise RunError(f"{loaded.run.name}: {name} cannot be exported: {one_line(error)}") from error
+            found[name] = facts | described
+            write_text(folder / f"{name}.json", json.dumps(found[name], indent=1, ensure_ascii=False) + "\n")
+    progress("export", len(networks), len(networks))
+    return {"folder": str(out), "networks": found}
+
+
+def export_network(network: ExportedNetwork, file: Path) -> dict[str, Any]:
+    """Write one network as an ONNX file, and return what its JSON file says of it."""
+    import torch
+
+    example = network.draw(0)
+    outputs = _results(network, example)  # computes the constants that a trace must not
+    free = {axis: torch.export.Dim(axis) for axis in network.free}
+    sizes = tuple(
+        {place: free[axis] for place, axis in enumerate(port.axes) if axis in free}
+        for port in network.inputs.values()
+    )
+    with _quiet(), torch.no_grad():
+        program: Any = torch.onnx.export(
+            network.network,
+            example,
+            dynamo=True,
+            verbose=False,
+            opset_version=OPSET,
+            dynamic_shapes=sizes if free else None,
+            input_names=list(network.inputs),
+            output_names=list(network.outputs),
+        )
+        differences = _differences(network, program)
+        program.save(str(file))
+    return {
+        "file": file.name,
+        "bytes": file.stat().st_size,
+        "opset": OPSET,
+        "inputs": _ports(network.inputs, example, network.free),
+        "outputs": _ports(network.outputs, outputs, network.free),
+        "difference": differences,
+        **({"note": network.note} if network.note else {}),
+        **network.facts,
+    }
+
+
+def _results(network: ExportedNetwork, inputs: Sequence[Tensor]) -> list[Tensor]:
+    """Return what the package computes."""
+    import torch
+
+    with torch.no_grad():
+        found = network.network(*inputs)
+    return list(found) if isinstance(found, tuple) else [found]
+
+
+def _differences(network: ExportedNetwork, program: Any) -> dict[str, float]:
+    """Return how far each output in onnxruntime is from the package's at most, as a share of its largest value.
+
+    Raises a RuntimeError if that is too far.
+    """
+    found = dict.fromkeys(network.outputs, 0.0)
+    for inputs in map(network.draw, COMPARED):
+        for name, theirs, ours in zip(found, program(*inputs), _results(network, inputs), strict=True):
+            found[name] = max(found[name], float((theirs - ours).abs().max() / ours.abs().max()))
+    for name, difference in found.items():
+        if not difference <= MOST_DIFFERENCE:
+            raise RuntimeError(f"{name} differs in onnxruntime by {difference:.2g} of its largest value")
+    return found
+
+
+def _ports(ports: Mapping[str, Port], tensors: Sequence[Tensor], free: Sequence[str]) -> list[dict[str, Any]]:
+    """Return inputs or outputs as JSON values; a free axis has the size null."""
+    return [
+        {
+            "name": name,
+            "axes": list(port.axes),
+            "shape": [None if axis in free else n for axis, n in zip(port.axes, x.shape, strict=True)],
+            "type": str(x.dtype).removeprefix("torch."),
+            "unit": port.unit,
+            "meaning": port.meaning,
+        }
+        for (name, port), x in zip(ports.items(), tensors, strict=True)
+    ]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Without the notes of torch's exporter."""
+    before = logging.root.manager.disable
+    logging.disable(logging.WARNING)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logging.disable(before)

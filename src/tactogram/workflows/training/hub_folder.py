@@ -7,21 +7,22 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Mapping
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.training.run import Run, open_run
 from tactogram.workflows import hub
 from tactogram.workflows.results_table import evaluation_results
 from tactogram.workflows.training import known_photographs
 from tactogram.workflows.training.loaded_run import model_of
-from tactogram.workflows.training.run_archive import check_foreign, import_run
 from tactogram.workflows.training.surface_index import INDEX_FILES
 
 NEEDED = ("recipe.toml", "data.json", "model.safetensors", "model.json")
@@ -175,3 +176,57 @@ def _results_text(results: Mapping[str, float], on: Mapping[str, Any]) -> str:
 
 def _slug(text: str) -> str:
     return "-".join("".join(c if c.isalnum() else " " for c in text.lower()).split()) or "data"
+
+
+LEFT_OUT = {"checkpoint.safetensors"}
+LARGEST_BYTES = 8 * 2**30
+"""Largest size of an unpacked run: a larger one is refused before it is unpacked."""
+
+
+def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
+    """Pack the finished run in ``run`` into the zip file ``out``; return ``file``, ``files`` and ``bytes``."""
+    found, target = open_run(run), Path(out)
+    found.facts()
+    files = [
+        f
+        for f in sorted(found.folder.rglob("*"))
+        if f.is_file() and f.name not in LEFT_OUT and not f.name.startswith(".")
+    ]
+    with atomic_write(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as packed:
+        for file in files:
+            packed.write(file, file.relative_to(found.folder).as_posix())
+    return {"file": str(target), "files": len(files), "bytes": target.stat().st_size}
+
+
+def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
+    """Unpack the run in the zip file ``file`` into the folder ``out``; return ``run`` and ``files``.
+
+    Raises
+    ------
+    RunError
+        If the file is not a packed run, names a path outside it, or ``out`` exists.
+    """
+    try:
+        with new_folder(Path(out)) as part:
+            with zipfile.ZipFile(file) as packed:
+                for member in packed.infolist():
+                    place = PurePosixPath(member.filename)
+                    if place.is_absolute() or ".." in place.parts or "\\" in member.filename:
+                        raise RunError(f"{file}: names a path outside the run: {member.filename!r}")
+                if sum(member.file_size for member in packed.infolist()) > LARGEST_BYTES:
+                    raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")
+                packed.extractall(part)
+                count = len(packed.infolist())
+            check_foreign(Run.open(part))
+    except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
+        raise RunError(f"{file}: not a packed run: {error}") from error
+    return {"run": str(out), "files": count}
+
+
+def check_foreign(run: Run) -> None:
+    """Refuse an unfinished run from elsewhere, and forget the folders of models on another machine."""
+    run.facts()
+    # Code is never loaded from a path in a file.
+    data = {key: value for key, value in run.data.items() if key != "model_folders"}
+    if data != run.data:
+        run.write_json("data.json", data)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from tactogram.errors import RunError
-from tactogram.features.photo_novelty import PhotoNovelty, distinct_photographs
+from tactogram.features.photo_descriptor import PhotoNovelty, distinct_photographs
 from tactogram.model import Example
 from tactogram.training.run import Run
 

@@ -8,21 +8,23 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText, write_report
 from tactogram.extras import imported
 from tactogram.model import Stage
 from tactogram.recipe import run_id
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import check_writable, write_text
+from tactogram.text_files import read_toml
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import TrainingPosition, fit
+from tactogram.validation import validated
 from tactogram.workflows.progress import silent
 from tactogram.workflows.training.plan import planned
 from tactogram.workflows.training.requests import TrainingRequest, never
-from tactogram.workflows.training.search_space import Dimension, SearchSpace
 from tactogram.workflows.training.train import steps_done, train, training_material
 from tactogram.workflows.workers import absolute
 from tactogram.workflows.workers.one_task import one_thread
@@ -246,3 +248,51 @@ def _report(path: Path, model: str, result: Mapping[str, Any], *, simulated: boo
             ReportSection("Validation of the best run", [ReportText(json.dumps(result["validation"]))]),
         ],
     )
+
+
+class Dimension(BaseModel):
+    """Values of one key: ``choices``, or the range from ``low`` to ``high``, both included."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    choices: tuple[Any, ...] = ()
+    low: float | None = None
+    high: float | None = None
+    log: bool = False
+    """Draw the logarithm evenly."""
+    integer: bool = False
+
+    @model_validator(mode="after")
+    def _choices_or_range(self) -> Self:
+        ranged = self.low is not None and self.high is not None
+        if bool(self.choices) == ranged or (self.low is None) != (self.high is None):
+            raise ValueError("must have choices, or low and high")
+        if self.low is not None and self.high is not None:
+            if not self.low < self.high:
+                raise ValueError(f"low must be < high, got {self.low:g} and {self.high:g}")
+            if self.log and self.low <= 0:
+                raise ValueError(f"low must be > 0 with log, got {self.low:g}")
+            if self.integer and not (self.low.is_integer() and self.high.is_integer()):
+                raise ValueError(
+                    f"low and high must be whole with integer, got {self.low:g} and {self.high:g}"
+                )
+        return self
+
+
+class SearchSpace(BaseModel):
+    """A sweep: what is varied, and by which figure of the validation trials are compared."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    measure: str
+    """A key of the model's validation, such as ``recording_accuracy``."""
+    goal: Literal["max", "min"]
+    trials: int = Field(default=16, ge=1)
+    seed: int = Field(default=0, ge=0)
+    vary: dict[str, Dimension] = Field(min_length=1)
+    """By dotted key of the recipe."""
+
+    @classmethod
+    def load(cls, path: Path) -> Self:
+        """Read a TOML file; a `ParameterError` names the key that is wrong."""
+        return validated(cls, read_toml(path), where=str(path))

@@ -21,19 +21,23 @@ from tactogram.model import (
     Stage,
 )
 from tactogram.recipe import Recipe
-from tactogram.signal.io.atomic import atomic_write
-from tactogram.signal.io.writable import check_writable
+from tactogram.signal.io.atomic import atomic_write, check_writable
 from tactogram.training.device import chosen_precision, make_fabric, memory_checked
-from tactogram.training.loggers import TrainingLogger, check_logger, make_logger
-from tactogram.training.loop import BEGINNING, TrainingPosition, fit
+from tactogram.training.loop import (
+    BEGINNING,
+    TrainingLogger,
+    TrainingPosition,
+    check_logger,
+    fit,
+    make_logger,
+)
 from tactogram.training.run import Run, run_at
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.request import takes
 from tactogram.workflows.training.known_photographs import save_photographs
 from tactogram.workflows.training.plan import TrainingPlan, planned
 from tactogram.workflows.training.requests import LoggerName, TrainingRequest, never
-from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
-from tactogram.workflows.training.run_lock import run_lock
+from tactogram.workflows.training.run_folder import begin, claim_run, discard_run, run_lock
 
 
 @takes(TrainingRequest)

@@ -13,7 +13,7 @@ from tactogram.datasets import open_store
 from tactogram.datasets.preview import preview_dataset
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file
-from tactogram.signal.io.layout import TableLayout
+from tactogram.signal.io.content import TableLayout
 from tactogram_studio.pages.materials.columns import ColumnChoices
 from tactogram_studio.pages.materials.import_page import safe_store_name
 from tactogram_studio.pages.materials.layout_card import by_key, timing_text

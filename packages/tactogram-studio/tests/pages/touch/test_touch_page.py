@@ -21,10 +21,9 @@ from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
-from tactogram.rendering.streaming.simulated_hand import SimulatedHand
-from tactogram.rendering.streaming.surface import SurfaceTexture
+from tactogram.rendering.streaming.recorded_motion import SimulatedHand
 from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.io import write_signal

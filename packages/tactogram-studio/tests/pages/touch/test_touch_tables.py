@@ -13,9 +13,8 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
-from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.io import write_signal

@@ -12,9 +12,14 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings, Scale
 from tactogram.datasets.ratings.words import WORDS
-from tactogram.datasets.simulate.metal_plates import Plate
-from tactogram.datasets.simulate.raters.felt import TouchCues, touch_cues, touch_words
-from tactogram.datasets.simulate.raters.seen import sight_cues, sight_words
+from tactogram.datasets.simulate.materials import Plate
+from tactogram.datasets.simulate.raters.felt import (
+    TouchCues,
+    sight_cues,
+    sight_words,
+    touch_cues,
+    touch_words,
+)
 from tactogram.datasets.simulate.surfaces import Surface
 from tactogram.datasets.simulate.touch import display_touched, plate_touched, surface_touched
 from tactogram.errors import ParameterError

@@ -7,9 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.bands import without_drift
-from tactogram.evaluation.measures.measure import Measure
-from tactogram.evaluation.measures.sets import check_alike, stacks
+from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.spectra import without_drift
 from tactogram.signal import Signal
 
 

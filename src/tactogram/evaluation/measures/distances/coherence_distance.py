@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.signal import get_window
 
-from tactogram.evaluation.measures.measure import Measure
-from tactogram.evaluation.measures.sets import check_alike, stacks
+from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
 from tactogram.evaluation.measures.spectra import BAND_HZ, SEGMENT_S, check_band
 from tactogram.signal import Signal
 

@@ -7,18 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.bands import check_felt
-from tactogram.evaluation.measures.envelopes import (
+from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.spectra import (
     MODULATION_HZ,
     SHORTEST_S,
+    check_felt,
     envelopes,
     mean_modulation_db,
     modulation_edges,
     modulation_power,
     modulation_window,
 )
-from tactogram.evaluation.measures.measure import Measure
-from tactogram.evaluation.measures.sets import check_alike, stacks
 from tactogram.signal import Signal
 from tactogram.signal.perception import FELT_HZ
 

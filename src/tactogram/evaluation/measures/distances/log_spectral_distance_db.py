@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tactogram.evaluation.measures.measure import Measure
-from tactogram.evaluation.measures.sets import check_alike
+from tactogram.evaluation.measures.measure import Measure, check_alike
 from tactogram.evaluation.measures.spectra import (
     BAND_HZ,
     SEGMENT_S,

@@ -7,19 +7,20 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.bands import check_felt, felt_floor_db, felt_weight
-from tactogram.evaluation.measures.envelopes import (
+from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.spectra import (
     MODULATION_HZ,
     SHORTEST_S,
+    SILENT,
+    check_felt,
     envelopes,
+    felt_floor_db,
+    felt_weight,
     mean_modulation_db,
     modulation_edges,
     modulation_power,
     modulation_window,
 )
-from tactogram.evaluation.measures.measure import Measure
-from tactogram.evaluation.measures.sets import check_alike, stacks
-from tactogram.evaluation.measures.spectra import SILENT
 from tactogram.signal import Signal
 
 CENTRES_HZ = tuple(40.0 * 2.0**k for k in range(5))

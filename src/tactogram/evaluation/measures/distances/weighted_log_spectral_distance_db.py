@@ -7,10 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.bands import band_sums, felt_edges, felt_floor_db, felt_weight
-from tactogram.evaluation.measures.measure import Measure
-from tactogram.evaluation.measures.sets import check_alike
-from tactogram.evaluation.measures.spectra import SEGMENT_S, mean_spectrum_db, power_spectra
+from tactogram.evaluation.measures.measure import Measure, check_alike
+from tactogram.evaluation.measures.spectra import (
+    SEGMENT_S,
+    band_sums,
+    felt_edges,
+    felt_floor_db,
+    felt_weight,
+    mean_spectrum_db,
+    power_spectra,
+)
 from tactogram.signal import Signal
 
 HANN_BINS = 1.5

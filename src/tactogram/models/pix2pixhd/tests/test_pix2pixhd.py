@@ -6,7 +6,7 @@ from torch import nn
 
 from tactogram.errors import ParameterError
 from tactogram.models.pix2pixhd.config import Config
-from tactogram.models.pix2pixhd.networks import discriminator, generator
+from tactogram.models.pix2pixhd.learner import discriminator, generator
 
 
 def test_generator_is_the_published_one():

@@ -3,7 +3,7 @@
 import torch
 
 from tactogram.models.residue_fusion_gan.config import Config
-from tactogram.models.residue_fusion_gan.networks import ResidueFusion, discriminator, generator
+from tactogram.models.residue_fusion_gan.learner import ResidueFusion, discriminator, generator
 
 
 def test_fusion_without_a_residue_leaves_the_generator_as_it_is():

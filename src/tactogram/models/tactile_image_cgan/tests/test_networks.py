@@ -5,7 +5,7 @@ import torch
 from torch import nn
 
 from tactogram.models.tactile_image_cgan.config import Config
-from tactogram.models.tactile_image_cgan.networks import Discriminator, Generator
+from tactogram.models.tactile_image_cgan.learner import Discriminator, Generator
 
 WORDS = 10
 GENERATOR = [

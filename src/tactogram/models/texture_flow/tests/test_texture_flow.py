@@ -11,8 +11,7 @@ from scipy.signal import csd, lfilter, welch
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind, Stage
 from tactogram.models.texture_flow import Config, build
-from tactogram.models.texture_flow.flow import flow_loss, solve, straightening_loss
-from tactogram.models.texture_flow.flow_model import guided
+from tactogram.models.texture_flow.flow_model import flow_loss, guided, solve, straightening_loss
 from tactogram.models.texture_flow.networks import VelocityUNet
 from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.signal import Image, Signal

@@ -11,7 +11,7 @@ from tactogram import models
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.visual_tactile_gan.config import Config
-from tactogram.models.visual_tactile_gan.networks import discriminator, generator
+from tactogram.models.visual_tactile_gan.learner import discriminator, generator
 from tactogram.nn.label_predictor import LabelPredictor, PredictorConfig, PredictorTraining
 from tactogram.nn.trunks import Trunk
 from tactogram.recipe import Recipe

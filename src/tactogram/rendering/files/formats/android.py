@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from tactogram.rendering.files.catalogue import HapticFormat
+from tactogram.rendering.files.control_points import TAP_MS, StepRules
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
-from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 STRONGEST = 255
 LONGEST_MS = 24 * 3600 * 1000

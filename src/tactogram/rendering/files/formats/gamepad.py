@@ -14,9 +14,9 @@ import numpy as np
 
 from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.catalogue import HapticFormat
+from tactogram.rendering.files.control_points import TAP_MS, StepRules
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import Events, Part
-from tactogram.rendering.files.steps import TAP_MS, StepRules
 
 LONGEST_MS = 5000
 SPLIT_HZ = 100.0

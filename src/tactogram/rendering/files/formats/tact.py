@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from tactogram.rendering.files.catalogue import HapticFormat
+from tactogram.rendering.files.control_points import StepRules
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
 from tactogram.rendering.files.events import Events, Line, Part, Transient, joined
-from tactogram.rendering.files.steps import StepRules
 
 FRAME_MS = 20
 LEVELS = 100

@@ -16,9 +16,9 @@ from scipy import ndimage
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.catalogue import HapticFormat
+from tactogram.rendering.files.control_points import TAP_MS, StepRules, span_ms
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key, sample_count
 from tactogram.rendering.files.events import FROM_PHONE, PHONE_HZ, Events
-from tactogram.rendering.files.steps import TAP_MS, StepRules, span_ms
 
 MOST_ENTRIES = 99
 LONGEST_MS = 10_000

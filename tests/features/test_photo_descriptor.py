@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from tactogram.features.photo_novelty import UNLIKE, PhotoNovelty
+from tactogram.features.photo_descriptor import UNLIKE, PhotoNovelty
 from tactogram.signal import Image
 
 

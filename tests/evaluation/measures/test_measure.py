@@ -4,7 +4,7 @@ from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import segments
-from tactogram.evaluation.measures.sets import CHUNK_SAMPLES, check_alike, stacks
+from tactogram.evaluation.measures.measure import CHUNK_SAMPLES, check_alike, stacks
 from tactogram.signal import Signal
 
 

@@ -14,8 +14,7 @@ from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, MissingExtraError, ParameterError
 from tactogram.signal import Signal
-from tactogram.workflows.data.rating_summary import ratings_info
-from tactogram.workflows.data.rating_tables import rate_store
+from tactogram.workflows.data.rating_tables import rate_store, ratings_info
 from tactogram.workflows.data.stores import check_store, store_info
 
 

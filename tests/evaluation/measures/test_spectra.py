@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.bands import band_edges, band_sums, felt_edges, felt_floor_db, felt_weight
+from tactogram.evaluation.measures.spectra import (
+    band_edges,
+    band_sums,
+    felt_edges,
+    felt_floor_db,
+    felt_weight,
+)
 from tactogram.signal.perception import detection_threshold
 
 

@@ -12,15 +12,14 @@ from scipy.ndimage import gaussian_filter
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.simulate.everyday import SYNONYMS
+from tactogram.datasets.simulate.materials import SYNONYMS
 from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier
 from tactogram.features.text_classifier import describe
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_image
-from tactogram.workflows.generation.descriptions import with_materials
-from tactogram.workflows.generation.generate import generate, generate_files
+from tactogram.workflows.generation.generate import generate, generate_files, with_materials
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 from tactogram_studio.pages.make.runs import GeneratingRuns

@@ -6,7 +6,7 @@ import torch
 from tactogram import models
 from tactogram.errors import DataError
 from tactogram.model import SignalKind
-from tactogram.nn.perceptual_loss import PerceptualLoss
+from tactogram.nn.trunks import PerceptualLoss
 from tactogram.nn.vision_import import torchvision
 from tactogram.recipe import Recipe
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from tactogram.nn.photo_augmentation import erased, mixed, moved
+from tactogram.nn.label_predictor import erased, mixed, moved
 
 
 def photographs(count=6, side=16):
