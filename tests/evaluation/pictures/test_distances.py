@@ -11,7 +11,7 @@ import torch.nn.functional as F
 
 from tactogram.errors import DataError, MissingExtraError, ParameterError
 from tactogram.evaluation.measures import frechet_distance
-from tactogram.evaluation.pictures import checkpoint_choice
+from tactogram.evaluation.pictures import distances
 from tactogram.evaluation.pictures.distances import (
     MEASURES,
     ImageSpread,
@@ -252,7 +252,7 @@ def test_where_lpips_is_missing_the_note_says_what_takes_its_place_and_why(monke
 
 def test_what_was_asked_for_needs_no_note(monkeypatch):
     monkeypatch.setattr(
-        checkpoint_choice, "Lpips", lambda weights, option: lambda real, made: (made - real).flatten(1).sum(1)
+        distances, "Lpips", lambda weights, option: lambda real, made: (made - real).flatten(1).sum(1)
     )
     assert picture_choice("row_statistics").note == ""
     choice = picture_choice("lpips")

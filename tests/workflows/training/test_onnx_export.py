@@ -9,7 +9,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Signal
-from tactogram.workflows.training import onnx_export
+from tactogram.workflows.training import export as module
 from tactogram.workflows.training.export import export
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
@@ -61,7 +61,7 @@ def test_the_command_tells_the_largest_difference(run, tmp_path, capsys):
 
 
 def test_a_network_that_computes_something_else_is_refused(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(onnx_export, "MOST_DIFFERENCE", 0.0)
+    monkeypatch.setattr(module, "MOST_DIFFERENCE", 0.0)
     with pytest.raises(RunError, match="cannot be exported: .* differs in onnxruntime by"):
         export(run.folder, to="onnx", out=tmp_path / "networks")
     assert not (tmp_path / "networks").exists()

@@ -11,7 +11,7 @@ import pyarrow.parquet
 import pytest
 from PIL import Image as Pillow
 
-from tactogram.datasets import parquet_table
+from tactogram.datasets import cells
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_signal, write_signal
@@ -286,6 +286,6 @@ def test_a_table_in_parquet_is_measured_by_its_head(tmp_path, monkeypatch):
     file = io.BytesIO()
     pyarrow.parquet.write_table(pyarrow.table({"a": list(range(100))}), file)
     assert save_upload(tmp_path, "a.parquet", file.getvalue(), kind="table").is_file()
-    monkeypatch.setattr(parquet_table, "MOST_ROWS", 99)
+    monkeypatch.setattr(cells, "MOST_ROWS", 99)
     with pytest.raises(DataError, match="a.parquet: must have at most 99 rows"):
         save_upload(tmp_path, "a.parquet", file.getvalue(), kind="table")
