@@ -76,7 +76,6 @@ def test_an_application_imports_of_the_core_what_its_packages_list(folder):
 
 
 OPEN_CIRCLES = [
-    {"tactogram.models.frictgan.fabric_evaluation", "tactogram.models.frictgan.learner"},
     {"tactogram_capture.workflows.live", "tactogram_capture.workflows.requests"},
     {"tactogram_study.designs", "tactogram_study.designs.catalogue", "tactogram_study.designs.design"}
     | {"tactogram_study.practice", "tactogram_study.session.file", "tactogram_study.session.participants"}

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.model import Condition, Example, SignalKind, contactor_number, material_weights, unit_scores
@@ -28,8 +29,16 @@ TONAL = 0.5
 """Weight from which a predicted surface has the tones of a material; it has none that it shares with others."""
 OF_THE_VIBRATION = ("vibration_speed_mm_s", "vibration_force_n", "vibration_contactor")
 CONDITIONS_OF_A_STROKE = (*NUMBERS, "contactor")
-DescribedSurface = Callable[[Condition], tuple[TonalSurface, Condition | None]]
-"""The surface at a speed and force, and those of the one stroke that it was measured from or predicted for."""
+
+
+class SurfaceSource(Protocol):
+    """What is described, by a material or mix, words or a recording."""
+
+    def at(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
+        """Return the surface at a speed and force, and those that the result is for.
+
+        These are None if it is the mean of strokes at any speed and force, not of one or predicted for one.
+        """
 
 
 class KnownSurfaces:
@@ -52,14 +61,14 @@ class KnownSurfaces:
         self.described_by = DescribedSurfaces(kind.materials)
         self.predictor = predictor
 
-    def described(self, condition: Condition, *, draw: float) -> DescribedSurface:
-        """Return the surface that a condition describes, at any speed and force.
+    def described(self, condition: Condition, *, draw: float) -> SurfaceSource:
+        """Return what a condition describes, whose surface is known at any speed and force.
 
         ``draw``, from 0 to below 1, chooses a stroke of each material, whose tones it has.
         """
         given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
         if (prediction := self.prediction(condition)) is not None:
-            return partial(self._of_materials, prediction[0], draw, predicted=True)
+            return MaterialMix(self, prediction[0], draw, predicted=True)
         if not given:
             first, *others = self._named
             instead = f", or {' or '.join(others)} instead" if others else ""
@@ -71,14 +80,16 @@ class KnownSurfaces:
                 f"conditions {' and '.join(given)} describe the surface twice; give one of them"
             )
         [description] = given
-        measured = self._measured_at(condition)
+        stroke = self._stroke_of_vibration(condition)
         if description == "vibration":
-            vibration = condition["vibration"]
-            self.kind.check(vibration)
-            return self._of_vibration(vibration, measured)
+            self.kind.check(condition["vibration"])
+            return RecordedSurface.of(self, condition["vibration"], stroke)
         if description == "words":
-            return self._from_words(condition, draw)
-        return partial(self._of_materials, material_weights(condition, self.kind.materials), draw)
+            scores = unit_scores(condition["words"], self.kind, partial=True)
+            if self.predictor is not None:
+                return RatedSurface(self, self.predictor, torch.from_numpy(scores).float())
+            return MaterialMix(self, word_weights(self.rated, scores), draw)
+        return MaterialMix(self, material_weights(condition, self.kind.materials), draw)
 
     def prediction(self, condition: Condition) -> Prediction | None:
         """Return the prediction from a photograph or a text or both, and words with them; None of anything else."""
@@ -137,102 +148,39 @@ class KnownSurfaces:
             if self.kind.words and (means := [e.rated.means for e in examples if e.rated is not None]):
                 row[:] = np.mean(means, axis=0)
 
-    def _of_materials(
-        self, weights: NDArray[np.float64], draw: float, condition: Condition, *, predicted: bool = False
-    ) -> tuple[TonalSurface, Condition | None]:
-        chosen = np.flatnonzero(weights).tolist()
-        predictor = self.predictor
-        if self.strokes is None or predictor is None:
-            surfaces, reached = [self.surfaces[number] for number in chosen], None
-        else:
-            wanted, reached = predictor.conditions_of(condition), _stroked_with(condition)
-            surfaces = [
-                predictor.from_strokes(*self.strokes.of_material(number), wanted, self._like(number))
-                for number in chosen
-            ]
-        tonal = [
-            self._with_tones(surface, number, draw, condition)
-            if not predicted or weights[number] >= TONAL
-            else TonalSurface(surface, no_tones(len(surface.mean)), self.spectra.variance)
-            for surface, number in zip(surfaces, chosen, strict=True)
-        ]
-        mix = TonalSurface.mixed(tonal, weights[chosen])
-        deviation = mix.surface.deviation.clamp_min(LEAST_DEVIATION)  # some weights may be negative
-        return mix._replace(surface=mix.surface._replace(deviation=deviation)), reached
-
-    def _with_tones(self, surface: Surface, material: int, draw: float, condition: Condition) -> TonalSurface:
+    def with_tones(self, surface: Surface, material: int, draw: float, condition: Condition) -> TonalSurface:
         """Return a material's surface with the tones of one of its strokes, if any, at the speed of a condition."""
         scale, patterns = self.spectra.variance, self.tones[material] if self.tones else []
         local = self.local[material] if self.local else None
         if not patterns:
             return TonalSurface(surface, no_tones(len(surface.mean)), scale, local)
-        speed = self._speed(condition, self.predictor is not None)
+        # A predicted surface is one at the usual speed where none is wanted; a measured one keeps the tones' own.
+        speed = self.speed_of(condition, or_median=self.predictor is not None)
         tones = patterns[int(draw * len(patterns))].at(speed, scale * float(surface.power), self.kind.rate)
         return TonalSurface(surface, tones, scale, local)
 
-    def _speed(self, condition: Condition, median: bool) -> float | None:
-        """Return the speed of a condition, limited as in the label; if it has none, the ``median`` or None."""
-        known, speed = self.labels.ranges.get("speed_mm_s"), condition.get("speed_mm_s")
-        if known is None or (speed is None and not median):
+    def speed_of(self, condition: Condition, *, or_median: bool) -> float | None:
+        """Return the speed of a condition, limited as in the label; without one, the median of training or None."""
+        learned, speed = self.labels.ranges.get("speed_mm_s"), condition.get("speed_mm_s")
+        if learned is None or (speed is None and not or_median):
             return None
-        return known.median if speed is None else min(max(float(speed), known.least), known.most)
+        return learned.median if speed is None else min(max(float(speed), learned.least), learned.most)
 
-    def _like(self, material: int) -> Surface:
+    def surface_like(self, material: int) -> Surface:
         """Return a surface of the material's mean, 0 if it is not known."""
         return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
 
-    def _from_words(self, condition: Condition, draw: float) -> DescribedSurface:
-        scores = unit_scores(condition["words"], self.kind, partial=True)
-        predictor = self.predictor
-        if predictor is None:
-            return partial(self._of_materials, word_weights(self.rated, scores), draw)
-        like, words = self.spectra.blank(len(self.kind.axes)), torch.from_numpy(scores).float()
-        tones = no_tones(len(self.kind.axes))
-        local = np.mean(self.local, axis=0) if self.local else None
-
-        def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
-            surface = predictor.from_words(words, predictor.conditions_of(wanted), like)
-            return TonalSurface(surface, tones, self.spectra.variance, local), _stroked_with(wanted)
-
-        return at
-
-    def _of_vibration(self, vibration: Signal, measured: Condition) -> DescribedSurface:
-        patterns, noise = split_signals([vibration])
-        own = self.measured("the vibration", noise)
-        scale, speed = self.spectra.variance, measured.get("speed_mm_s")
-        local = self.local_of(noise)
-        tones = patterns[0] if patterns else no_tones(len(self.kind.axes))
-        known = StrokeTones(tones, np.nan if speed is None else float(speed), scale * float(own.power))
-
-        def at(wanted: Condition) -> tuple[TonalSurface, Condition]:
-            surface, reached = self._at(own, measured, wanted)
-            moved = known.at(self._speed(wanted, False), scale * float(surface.power), self.kind.rate)
-            return TonalSurface(surface, moved, scale, local), reached
-
-        return at
-
-    def _measured_at(self, condition: Condition) -> Condition:
-        """Return speed and force of a given vibration, without those unknown."""
-        found = {
+    def _stroke_of_vibration(self, condition: Condition) -> Condition:
+        """Return speed, force and contactor of a given vibration, without those unknown."""
+        stroke = {
             name: condition[f"vibration_{name}"]
             for name in CONDITIONS_OF_A_STROKE
             if condition.get(f"vibration_{name}") is not None
         }
-        if found and condition.get("vibration") is None:
-            raise ParameterError(f"vibration_{next(iter(found))} is of a vibration, and none is given")
-        self.labels.check(found)
-        return found
-
-    def _at(self, surface: Surface, measured: Condition, wanted: Condition) -> tuple[Surface, Condition]:
-        """Return a surface at the speed and force wanted, if these can be predicted, and the condition it is at."""
-        predictor = self.predictor
-        if predictor is None:
-            return surface, measured
-        at, to = predictor.conditions_of(measured), predictor.conditions_of(wanted)
-        if to.isnan().all():
-            return surface, measured
-        known = {name: value for name, value in wanted.items() if value is not None}
-        return predictor.predict(surface, at, to, self.spectra.bands), {**measured, **known}
+        if stroke and condition.get("vibration") is None:
+            raise ParameterError(f"vibration_{next(iter(stroke))} is of a vibration, and none is given")
+        self.labels.check(stroke)
+        return stroke
 
     def local_of(self, signals: Sequence[Signal]) -> NDArray[np.float64] | None:
         """Return the local amplitudes of signals without tones, None over displacement."""
@@ -279,5 +227,98 @@ class KnownSurfaces:
             self.predictor.load_state_dict(state["predictor"])
 
 
-def _stroked_with(condition: Condition) -> Condition:
+@dataclass(frozen=True, eq=False)
+class MaterialMix:
+    """A material, a mix of several, or the mix that a photograph, a text or words were predicted to be."""
+
+    known: KnownSurfaces
+    weights: NDArray[np.float64]
+    """Shape (material,); those of a prediction may be negative."""
+    draw: float
+    """0 to below 1: chooses the stroke of each material whose tones the surface has."""
+    predicted: bool = False
+
+    def at(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
+        known, chosen = self.known, np.flatnonzero(self.weights).tolist()
+        predictor, strokes = known.predictor, known.strokes
+        if strokes is None or predictor is None:
+            surfaces, reached = [known.surfaces[number] for number in chosen], None
+        else:
+            wanted, reached = predictor.conditions_of(condition), _stroke_conditions(condition)
+            surfaces = [
+                predictor.from_strokes(*strokes.of_material(number), wanted, known.surface_like(number))
+                for number in chosen
+            ]
+        tonal = [
+            known.with_tones(surface, number, self.draw, condition)
+            if not self.predicted or self.weights[number] >= TONAL
+            else TonalSurface(surface, no_tones(len(surface.mean)), known.spectra.variance)
+            for surface, number in zip(surfaces, chosen, strict=True)
+        ]
+        mix = TonalSurface.mixed(tonal, self.weights[chosen])
+        # Negative weights can take a deviation below 0.
+        deviation = mix.surface.deviation.clamp_min(LEAST_DEVIATION)
+        return mix._replace(surface=mix.surface._replace(deviation=deviation)), reached
+
+
+@dataclass(frozen=True, eq=False)
+class RatedSurface:
+    """The mean surface given scores of words. Tones are no part of what words predict."""
+
+    known: KnownSurfaces
+    predictor: SurfacePredictor
+    scores: Tensor
+    """0 to 1, shape (word,); NaN if not given."""
+
+    def at(self, condition: Condition) -> tuple[TonalSurface, Condition]:
+        known, axes = self.known, len(self.known.kind.axes)
+        wanted = self.predictor.conditions_of(condition)
+        surface = self.predictor.from_words(self.scores, wanted, known.spectra.blank(axes))
+        local = np.mean(known.local, axis=0) if known.local else None
+        tonal = TonalSurface(surface, no_tones(axes), known.spectra.variance, local)
+        return tonal, _stroke_conditions(condition)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedSurface:
+    """The surface of one recording: noise and tones, which are measured apart and move with the speed in other ways."""
+
+    known: KnownSurfaces
+    noise: Surface
+    tones: StrokeTones
+    local: NDArray[np.float64] | None
+    stroke: Condition
+    """Speed, force and contactor of the recording, as far as known."""
+
+    @classmethod
+    def of(cls, known: KnownSurfaces, vibration: Signal, stroke: Condition) -> RecordedSurface:
+        patterns, noise = split_signals([vibration])
+        surface = known.measured("the vibration", noise)
+        tones = patterns[0] if patterns else no_tones(len(known.kind.axes))
+        speed = stroke.get("speed_mm_s")
+        level = known.spectra.variance * float(surface.power)
+        own_tones = StrokeTones(tones, np.nan if speed is None else float(speed), level)
+        return cls(known, surface, own_tones, known.local_of(noise), stroke)
+
+    def at(self, condition: Condition) -> tuple[TonalSurface, Condition]:
+        known, scale = self.known, self.known.spectra.variance
+        surface, reached = self._noise_at(condition)
+        speed = known.speed_of(condition, or_median=False)
+        tones = self.tones.at(speed, scale * float(surface.power), known.kind.rate)
+        return TonalSurface(surface, tones, scale, self.local), reached
+
+    def _noise_at(self, condition: Condition) -> tuple[Surface, Condition]:
+        """Return the noise at a speed and force, if it can be predicted, and the conditions that it is at."""
+        predictor = self.known.predictor
+        if predictor is None:
+            return self.noise, self.stroke
+        measured, wanted = predictor.conditions_of(self.stroke), predictor.conditions_of(condition)
+        if wanted.isnan().all():
+            return self.noise, self.stroke
+        given = {name: value for name, value in condition.items() if value is not None}
+        surface = predictor.predict(self.noise, measured, wanted, self.known.spectra.bands)
+        return surface, {**self.stroke, **given}
+
+
+def _stroke_conditions(condition: Condition) -> Condition:
     return {name: condition.get(name) for name in CONDITIONS_OF_A_STROKE}

@@ -164,20 +164,21 @@ class SignalFlow(FlowLearner):
         moments = [condition] if motion is None else self._moments(condition, motion, seconds)
         for moment in moments:
             self.labels.check(moment)
-        at = self.known.described(condition, draw=child_rng(seed, "tones").random())
-        found = [at(moment) for moment in moments]
+        source = self.known.described(condition, draw=child_rng(seed, "tones").random())
+        surfaces, reached = zip(*(source.at(moment) for moment in moments), strict=True)
         labels = [
-            self._label_at(moment, each.surface, reached)
-            for moment, (each, reached) in zip(moments, found, strict=True)
+            self._label_at(moment, each.surface, of)
+            for moment, each, of in zip(moments, surfaces, reached, strict=True)
         ]
         length = max(1, round(seconds * self.kind.rate))
         spectrum = self._spectrum(torch.stack(labels), length, seed=seed)
-        noise = self.spectra.decode(spectrum.cpu(), [each.surface for each, _ in found], length, seed=seed)
-        mean = found[0][0].surface.mean.numpy()[:, None]
-        if (local := found[0][0].local) is not None:
+        noise = self.spectra.decode(spectrum.cpu(), [each.surface for each in surfaces], length, seed=seed)
+        mean = surfaces[0].surface.mean.numpy()[:, None]
+        # A network's noise is smoother than touch: its samples get the clicks and pauses that were recorded.
+        if (local := surfaces[0].local) is not None:
             noise = (mean + with_local_quantiles(noise - mean, self.kind.rate, local)).astype(np.float32)
         steady = synthesise_tones(
-            [each.tones for each, _ in found], length, self.kind.rate, seed=child_seed(seed, "tones")
+            [each.tones for each in surfaces], length, self.kind.rate, seed=child_seed(seed, "tones")
         )
         samples = noise + steady
         if motion is not None and motion.gain is not None:

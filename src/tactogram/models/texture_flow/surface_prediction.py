@@ -173,6 +173,8 @@ class SurfacePredictor(nn.Module):
         self.at_deviation.copy_(numbers.std(0, correction=0).clamp_min(LEAST_SPREAD))
         self.at_range.copy_(torch.stack((numbers.amin(0), numbers.amax(0))))
         place, components = self._standardised(at), self._components(vectors)
+        # The law: within a material, the difference of two strokes is linear in the difference of their conditions.
+        # Pairs leave the material itself out; the ridge keeps conditions that hardly varied from having an effect.
         one, other = strokes.pairs()
         steps = self._steps(place[one], place[other]).double()
         gram = steps.T @ steps + RIDGE * len(one) * torch.eye(steps.shape[1], dtype=torch.float64)
@@ -180,12 +182,15 @@ class SurfacePredictor(nn.Module):
         rated = words.isfinite().any(1)
         if not rated.any():
             return
+        # Words: components and what is told of them, conditions and scores, as if jointly Gaussian, so that the mean
+        # of the components given any part of what is told is linear in it. Scores that nobody gave count as the mean.
         told = torch.cat((place, words), 1)[rated]
         self.told_mean.copy_(told.nanmean(0).nan_to_num(0.0))
         self.told_deviation.copy_(
             (told - self.told_mean).square().nanmean(0).sqrt().clamp_min(LEAST_SPREAD).nan_to_num(1.0)
         )
         limits = [value[rated].nan_to_num(nan) for value, nan in ((words, torch.inf), (words, -torch.inf))]
+        # Linear laws are wild far out: what is told counts only as far as training went, and no rare extreme does.
         wide = place.amin(0), place.amax(0)
         reach = LARGEST * self.told_deviation
         self.told_range[0] = torch.cat((wide[0], limits[0].amin(0))).maximum(self.told_mean - reach)
@@ -247,6 +252,7 @@ class SurfacePredictor(nn.Module):
         axes and bins, without a mean.
         """
         told = torch.cat((self._standardised(self._or_usual(wanted)), words))
+        # Gaussian regression on what is known: E[c|t] = C_ct (C_tt + ridge)^-1 t; the unknown is left out.
         known = told.isfinite()
         told = self._told(told.clamp(*self.told_range))[known]
         cause = self.told[known][:, known]
@@ -259,6 +265,7 @@ class SurfacePredictor(nn.Module):
 
     def _steps(self, at: Tensor, wanted: Tensor) -> Tensor:
         """Return the steps from conditions to others, (pair, condition), and these times the first ones' contactor."""
+        # Contactors are -1 and 1: with the products, each contactor has a slope of its own.
         step, place = wanted - at, self.conditions.index("contactor")
         return torch.cat((step, step * at[:, place, None]), 1)
 

@@ -554,8 +554,8 @@ def test_noise_has_the_local_amplitudes_of_its_recordings():
     assert found[0] == pytest.approx(learner.known.local_of([given])[:, 1, -10], rel=0.25)
     assert found[1] == pytest.approx(own[0][:, 1, -10], rel=0.1)
     assert (found[0] > 1.3 * found[1]).all()
-    at = learner.known.described({"material": {"cork": 1.0, "tile": 1.0}}, draw=0.0)
-    np.testing.assert_allclose(at({})[0].local, of_words)
+    source = learner.known.described({"material": {"cork": 1.0, "tile": 1.0}}, draw=0.0)
+    np.testing.assert_allclose(source.at({})[0].local, of_words)
 
 
 def test_a_run_of_before_local_amplitudes_loads_and_generates_without_them():
