@@ -151,7 +151,7 @@ from .training.requests import (
 from .training.run_comparison import (
     compare_runs as compare_runs,
 )
-from .training.run_folder import (
+from .training.run_lock import (
     is_training as is_training,
 )
 from .training.surface_index import (

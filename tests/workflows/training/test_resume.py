@@ -8,9 +8,10 @@ import pytest
 from tactogram.cli.command import main
 from tactogram.errors import DataError, RunError
 from tactogram.training.run import Run
-from tactogram.workflows.training import run_folder as looking
+from tactogram.workflows.training import run_lock as looking
 from tactogram.workflows.training.resume import plan_of, resume
-from tactogram.workflows.training.run_folder import begin, is_training, run_lock
+from tactogram.workflows.training.run_folder import begin
+from tactogram.workflows.training.run_lock import is_training, run_lock
 
 
 @pytest.fixture

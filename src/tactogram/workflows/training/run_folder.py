@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import os
-import sys
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 from tactogram.errors import RunError
-from tactogram.signal.io.atomic import lock
 from tactogram.training.run import Run
 from tactogram.workflows.training.plan import TrainingPlan
+from tactogram.workflows.training.run_lock import check_idle
 
 BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
 """Files of a run before its first step; the recipe, which makes it a run, first."""
@@ -76,61 +71,3 @@ def discard_run(run: Run) -> None:
         (run.folder / name).unlink(missing_ok=True)
     if not any(run.folder.iterdir()):
         run.folder.rmdir()
-
-
-HELD = "recipe.toml"
-"""Locked during training: this file is written once, never replaced, and lasts as long as the run."""
-
-TRIES, BETWEEN_S = 10, 0.02
-"""Retries while another process briefly holds the lock to look."""
-
-
-@contextmanager
-def run_lock(folder: Path) -> Iterator[None]:
-    """Lock a run's folder for this process; the system unlocks it however the process ends.
-
-    Raises
-    ------
-    RunError
-        If another process trains there.
-    """
-    with (folder / HELD).open("rb") as file:
-        for left in reversed(range(TRIES)):
-            if _locked(file.fileno()):
-                break
-            if not left:
-                raise _taken(folder)
-            time.sleep(BETWEEN_S)
-        yield
-
-
-def check_idle(folder: Path) -> None:
-    """Refuse a run's folder in which another process trains, as `run_lock` does, before anything is prepared.
-
-    Raises
-    ------
-    RunError
-        If another process trains there.
-    """
-    if is_training(folder):
-        raise _taken(folder)
-
-
-def is_training(folder: Path) -> bool:
-    """Return whether a process trains in a run's folder."""
-    try:
-        with (folder / HELD).open("rb") as file:
-            return not _locked(file.fileno(), shared=True)
-    except OSError:
-        return False
-
-
-def _taken(folder: Path) -> RunError:
-    return RunError(f"{folder}: another process trains here at present; wait for it, or stop it first")
-
-
-def _locked(file: int, *, shared: bool = False) -> bool:
-    """Lock a file until it is closed; return whether that succeeded. On Windows nothing is locked."""
-    if sys.platform == "win32":
-        return True
-    return lock(file, shared=shared)

@@ -37,7 +37,8 @@ from tactogram.workflows.request import takes
 from tactogram.workflows.training.known_photographs import save_photographs
 from tactogram.workflows.training.plan import TrainingPlan, planned
 from tactogram.workflows.training.requests import LoggerName, TrainingRequest, never
-from tactogram.workflows.training.run_folder import begin, claim_run, discard_run, run_lock
+from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
+from tactogram.workflows.training.run_lock import run_lock
 
 
 @takes(TrainingRequest)

@@ -13,7 +13,7 @@ from tactogram.workflows.results_table import evaluation_results
 from tactogram.workflows.training.plan import check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
 from tactogram.workflows.training.requests import TrainingRequest
-from tactogram.workflows.training.run_folder import run_lock
+from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 from tactogram_studio.pages.train.run_summary import run_summary, state_of
 from tactogram_studio.tasks import detached
