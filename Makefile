@@ -44,8 +44,9 @@ check: install ## style, types, layers, documentation
 	$(BIN)/lint-imports
 	$(MAKE) docs
 
-mutants: install ## check that the tests notice known defects of adversarial training (minutes: nightly)
+mutants: install ## check that the tests notice known defects of adversarial training, and seeded ones anywhere (nightly)
 	$(BIN)/python tests/mutation/run.py
+	$(BIN)/python tests/mutation/drawn.py --seed $$(date +%j)
 
 # The wheels are built from the sdists, which thereby prove to be complete. First the core alone, then all together.
 wheel: install ## build sdists and wheels, and test the wheels in a clean environment of their own

@@ -79,7 +79,7 @@ def _spared(tree: ast.AST) -> set[tuple[int, int]]:
     """Return the places of annotations, imports and texts with values, and of what is raised."""
     places: set[tuple[int, int]] = set()
     for node in ast.walk(tree):
-        dropped: list[ast.AST | None] = []
+        dropped: list[ast.expr | ast.stmt | None] = []
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
             arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
             dropped = [node.returns, *(one.annotation for one in arguments)]
@@ -89,8 +89,7 @@ def _spared(tree: ast.AST) -> set[tuple[int, int]]:
             dropped = [node]
         for each in dropped:
             if each is not None:
-                end = (each.end_lineno, each.end_col_offset)
-                first = (each.lineno, each.col_offset)
+                first, end = (each.lineno, each.col_offset), (each.end_lineno or 0, each.end_col_offset or 0)
                 places |= {
                     (line, column)
                     for line in range(first[0], end[0] + 1)
