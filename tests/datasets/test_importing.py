@@ -262,12 +262,12 @@ import pandas  # by pyarrow on its first use: here once, not in each child
 import pyarrow.parquet as pq
 from tactogram.datasets import add_recordings, open_store
 from tactogram.datasets.importers import biotac_slide
-from tactogram.datasets.store import shard_reading, writer
+from tactogram.datasets.store import shards, writer
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset
 
 kind, source, folder = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
-shard_reading.GROUP_ROWS, shard_reading.SHARD_ROWS = 2, 6
+shards.GROUP_ROWS, shards.SHARD_ROWS = 2, 6
 writer.KEPT_S = 0 if kind == "keep" else writer.KEPT_S
 importers()
 

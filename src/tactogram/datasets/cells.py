@@ -1,4 +1,4 @@
-"""Table cells: as text whatever the file, values, or an error that names the cell."""
+"""Table cells: as text whatever the file, values, or an error that names the cell; the size of a Parquet table."""
 
 from __future__ import annotations
 
@@ -22,6 +22,9 @@ from tactogram.extras import imported
 from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
 
 _SNIFFED = 100_000
+MIB = 2**20
+MOST_ROWS = 2_000_000
+MOST_BYTES = 256 * MIB
 
 
 class Cells(NamedTuple):
@@ -170,11 +173,6 @@ def number_columns(
 def _listed(names: Iterable[object]) -> str:
     texts = [str(name) for name in names]
     return ",".join(texts[:6]) + ",…" * (len(texts) > 6)
-
-
-MIB = 2**20
-MOST_ROWS = 2_000_000
-MOST_BYTES = 256 * MIB
 
 
 def check_parquet(source: Path | BinaryIO | pa.NativeFile, where: Path | str) -> None:

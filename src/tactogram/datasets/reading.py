@@ -1,4 +1,4 @@
-"""Parallel reading of many files, in order and in little memory."""
+"""Parallel reading of many files, in order and in little memory; what is said of many of them, in one line each."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ Reading = Sequence[Recording | LeftOut] | str
 """Recordings of an item and its parts that are none, or one line on what is wrong with it."""
 PATIENCE_S = 2.0
 """What starting processes costs: less is read before they would be ready."""
+MOST_NAMES = 3
+_VARIES = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def read_all(
@@ -107,10 +109,6 @@ def start_worker(ends: connection.Connection | None = None) -> None:
             os._exit(1)
 
     Thread(target=end_with_parent, daemon=True).start()
-
-
-MOST_NAMES = 3
-_VARIES = re.compile(r"'[^']*'|\"[^\"]*\"|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
 def by_kind(messages: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""Tones of a texture: spectral lines that follow the speed of the finger.
+"""Tones of a texture: spectral lines that follow the speed of the finger, and their synthesis block by block.
 
 Ribs, weaves and meshes are periodic. At a constant speed they are felt as sinusoids at multiples of their spatial
 frequencies times the speed, in fixed phase to each other. No finger is perfectly steady, so all lines wander and swell
@@ -23,6 +23,12 @@ from tactogram.errors import ParameterError
 
 START_S = 0.1
 """Standard deviation of the time at which the pattern is entered, s."""
+STEP_S = 0.01
+"""Time between two drawn values of speed and gain."""
+NARROWEST_HZ = 4.0
+"""Least standard deviation of a line in a spectrum."""
+SAME = 1e-6
+"""Relative difference of frequencies, below which two lines are one."""
 
 
 class ToneParameters(NamedTuple):
@@ -155,13 +161,6 @@ def _add(
 
 
 Array = NDArray[np.float64]
-
-STEP_S = 0.01
-"""Time between two drawn values of speed and gain."""
-NARROWEST_HZ = 4.0
-"""Least standard deviation of a line in a spectrum."""
-SAME = 1e-6
-"""Relative difference of frequencies, below which two lines are one."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from tactogram.datasets.simulate.random_surfaces import (
     random_surface,
 )
 from tactogram.datasets.simulate.raters import surface_cues
-from tactogram.datasets.simulate.raters.felt import touch_words
+from tactogram.datasets.simulate.raters.rules import touch_words
 from tactogram.datasets.simulate.surfaces import Roughness, Surface
 from tactogram.errors import ParameterError
 

@@ -14,7 +14,7 @@ from tactogram.datasets.simulate.raters import (
     score_vibrations,
     sight_weight,
 )
-from tactogram.datasets.simulate.raters.felt import (
+from tactogram.datasets.simulate.raters.rules import (
     SightCues,
     TouchCues,
     sight_cues,

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.datasets import Recording, RecordingInfo, add_recordings, create_store, open_store
-from tactogram.datasets.store import shard_reading
+from tactogram.datasets.store import shards
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
@@ -98,8 +98,8 @@ def test_a_photograph_that_many_share_is_stored_once(tmp_path):
     data=st.data(),
 )
 def test_any_window_is_that_slice(tmp_path_factory, monkeypatch, lengths, axes, group_rows, shard_rows, data):
-    monkeypatch.setattr(shard_reading, "GROUP_ROWS", group_rows)
-    monkeypatch.setattr(shard_reading, "SHARD_ROWS", shard_rows)
+    monkeypatch.setattr(shards, "GROUP_ROWS", group_rows)
+    monkeypatch.setattr(shards, "SHARD_ROWS", shard_rows)
     recordings = [
         Recording(streams={"a": Signal(np.random.default_rng(i).random((len(ax), n)), 10.0, "V", ax)})
         for i, (n, ax) in enumerate(zip(lengths, axes, strict=False))
@@ -159,7 +159,7 @@ def test_the_same_samples_under_two_names_are_refused(tmp_path):
 def test_the_hash_is_of_the_content_not_of_its_order(tmp_path, monkeypatch):
     recordings = [recording(i) for i in range(5)]
     first = create_store(tmp_path / "a", recordings, **FACTS)
-    monkeypatch.setattr(shard_reading, "SHARD_ROWS", 2)
+    monkeypatch.setattr(shards, "SHARD_ROWS", 2)
     second = create_store(tmp_path / "b", recordings[::-1], **FACTS)
     other = create_store(tmp_path / "c", [replace(recordings[0], material="x"), *recordings[1:]], **FACTS)
     assert first.sha256 == second.sha256 != other.sha256

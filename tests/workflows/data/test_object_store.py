@@ -18,7 +18,7 @@ from lightning_fabric.plugins.environments.lightning import find_free_network_po
 from tactogram.cli.command import main
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
 from tactogram.datasets.ratings.ratings import Ratings, Scale
-from tactogram.datasets.store import remote as module, shard_reading
+from tactogram.datasets.store import remote as module, shards
 from tactogram.datasets.store.remote import BlockReader, location
 from tactogram.datasets.store.store import problems
 from tactogram.datasets.store.writing import copy_store
@@ -85,8 +85,8 @@ def held(tmp_path_factory):
         ("a", "b"), ("cork", "tile"), ("rough", "rough"), np.array([1.0, 4.0]), Scale("1 to 5", 1, 5)
     )
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(shard_reading, "GROUP_ROWS", 4)
-        patch.setattr(shard_reading, "SHARD_ROWS", 10)
+        patch.setattr(shards, "GROUP_ROWS", 4)
+        patch.setattr(shards, "SHARD_ROWS", 10)
         return create_store(
             tmp_path_factory.mktemp("held") / "store", recordings(), name="n", licence="-", ratings=rated,
             photographs=[("cork", Image(np.zeros((3, 3, 3), np.uint8)))],

@@ -1,4 +1,4 @@
-"""Questions of an export: the word and the item of each column of answers, as rows of ratings."""
+"""Questions of an export: the word and item of each column of answers, as rows of ratings; columns of ratings."""
 
 from __future__ import annotations
 
@@ -29,6 +29,9 @@ _MEDIA = re.compile(
 _SOURCE = re.compile(r"""<.*\bsrc\s*=\s*["']?([^"'> ]+)""")
 _NUMBER = re.compile(r"\s*([-+]?\d+)(?:\s*[-–=:.)(]\s*\D*|\s+\D*)|\D*[\s(]([-+]?\d+)\)?\s*")
 """A number at the beginning or the end of a text: ``7 - very rough``, ``very rough (7)``."""
+NAMED = ("rater", "item", "word", "score", "order", "session")
+MISSING = ("", "na", "n/a", "nan", "none", "null", "-", "–")
+"""Cells that hold no score, in any case."""
 
 
 class Questions:
@@ -222,11 +225,6 @@ class Questions:
 def _plain(text: str) -> str:
     """Return a text without markup and line breaks."""
     return " ".join(html.unescape(re.sub("<[^>]*>", " ", text)).split())
-
-
-NAMED = ("rater", "item", "word", "score", "order", "session")
-MISSING = ("", "na", "n/a", "nan", "none", "null", "-", "–")
-"""Cells that hold no score, in any case."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Ratings of surfaces, vibrations and images: a score per rater, item and word."""
+"""Ratings of surfaces, vibrations and images: a score per rater, item and word, in Parquet files."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ from tactogram.datasets.cells import read_parquet
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import ItemRatings
 from tactogram.signal.io.atomic import atomic_write
+
+COLUMNS = ("rater", "item", "word", "score", "order", "session")
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,12 @@ class Scale:
 
 SEVEN_POINT = Scale("7-point unipolar", 1.0, 7.0, 1.0)
 """1 (negative) to 7 (positive)."""
+
+
 EVOKED = Scale("evoked", 0.0, 1.0, 1.0)
 """0: the word was not evoked; 1: it was."""
+
+
 SCALES: Mapping[str, Scale] = {scale.name: scale for scale in (SEVEN_POINT, EVOKED)}
 
 
@@ -89,9 +95,6 @@ def scale_of(text: str) -> Scale:
             f"a scale must be 7-point, evoked, LOW:HIGH or LOW:HIGH:STEP (-3:3:1), got {text!r}"
         ) from None
     return Scale(text, low, high, *rest)
-
-
-COLUMNS = ("rater", "item", "word", "score", "order", "session")
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,6 +37,9 @@ from tactogram.datasets.simulate.surfaces import (
 )
 
 TEXTURES = {each.__name__: each for each in (Grating, Weave, Particles, Roughness, Cells)}
+FINEST_PER_MM, COARSEST_PER_MM = 50.0, 5.0
+"""Cycles per mm covered by `Plate.fine_um`: from the limit of height fields to a fiftieth of a millimetre."""
+_STEP_MM, _STEPS = 0.004, 2**15
 
 
 @cache
@@ -142,11 +145,6 @@ def known_from(name: str) -> str:
         f"level and slope of the spectrum from the mean of {KINDS[kind].materials} real materials of {of} "
         "(Penn Haptic Texture Toolkit); dimensions of its structure are plausible, not measured"
     )
-
-
-FINEST_PER_MM, COARSEST_PER_MM = 50.0, 5.0
-"""Cycles per mm covered by `Plate.fine_um`: from the limit of height fields to a fiftieth of a millimetre."""
-_STEP_MM, _STEPS = 0.004, 2**15
 
 
 @dataclass(frozen=True)

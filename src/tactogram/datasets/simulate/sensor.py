@@ -1,4 +1,4 @@
-"""Simulated accelerometer: orientation, gravity, band, noise, quantisation, losses.
+"""Simulated sensors: an accelerometer with gravity, noise and losses, and a finger of two layers with strain gauges.
 
 The layout of the ultrasonic study, Sec. III-B: a pad of two layers of different hardness, 20 mm/s, 0.98 N, 50 mm, 10
 kHz, 2.5 s of which 2 s are stable. Stiffnesses, resonances, gains and noise are our assumptions.
@@ -24,6 +24,17 @@ from tactogram.signal.timing import to_uniform
 
 GRAVITY = 9.80665
 AXES = ("x", "y", "z")
+GAUGES = ("g1", "g2", "g3", "g4")
+"""Front and back of the outer layer, then of the inner one."""
+STABLE_S = (0.25, 2.25)
+"""Interval of 2.5 s at constant speed."""
+SENSOR = Contactor("tactile sensor", 1.2, 1.0, 0.0, 0.010, 3000.0, 3.0, 0.020, 4000.0, 8.0, 0.98, 0.0)
+UNSTEADINESS = 0.001
+"""Of a friction tester: a machine moves, a weight presses."""
+INTERNAL_RATE = 20_000.0
+LOCAL = 0.6
+"""Share of the finest roughness that only one gauge senses, since each lies over different asperities."""
+NOISE_V, STEP_V = 2e-4, 10 / 2**16
 
 
 @dataclass(frozen=True)
@@ -125,16 +136,6 @@ def turn(v: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArray[np.floa
     return np.stack([x, y, z])
 
 
-GAUGES = ("g1", "g2", "g3", "g4")
-"""Front and back of the outer layer, then of the inner one."""
-STABLE_S = (0.25, 2.25)
-"""Interval of 2.5 s at constant speed."""
-SENSOR = Contactor("tactile sensor", 1.2, 1.0, 0.0, 0.010, 3000.0, 3.0, 0.020, 4000.0, 8.0, 0.98, 0.0)
-UNSTEADINESS = 0.001
-"""Of a friction tester: a machine moves, a weight presses."""
-INTERNAL_RATE = 20_000.0
-
-
 @dataclass(frozen=True)
 class Layer:
     """A silicone layer: a second-order resonance between the contact and its two gauges.
@@ -150,9 +151,6 @@ class Layer:
 
 LAYERS = (Layer(420.0, 0.35, 1.0, 0.45), Layer(170.0, 0.22, 0.55, 0.30))
 """The outer, softer one follows the contact up to some 400 Hz; the inner one responds less, at lower frequencies."""
-LOCAL = 0.6
-"""Share of the finest roughness that only one gauge senses, since each lies over different asperities."""
-NOISE_V, STEP_V = 2e-4, 10 / 2**16
 
 
 def trace_plate(plate: Plate, task: RecordingTask) -> Recording:

@@ -1,4 +1,4 @@
-"""Simulated rating studies: plates and display signals that are touched, and images that are seen.
+"""Simulated rating studies, of plates and display signals that are touched and of images; the display signals.
 
 The study's own 39 are not at hand ("arbitrary signals", Sec. III-C). These are sines, squares, bursts,
 amplitude-modulated tones, bands of noise, trains of pulses, sweeps and sums, some of them at several levels. They loop
@@ -37,6 +37,13 @@ PER_FAMILY = 20
 """16 families of 20 images are the 320 of the cross-modal study, Sec. II-B."""
 IMAGE_SETS = 4
 """Sets into which the images are dealt; 30 of the 37 raters rate each."""
+RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37, RANDOM: 20}
+"""Number of raters by set."""
+COUNT = 39
+"""The study's own number: 1,248 answers by 32 people. Sec. III-C."""
+RATE, SAMPLES = 10_000.0, 10_000
+"""Hz, and one second."""
+_T = np.arange(SAMPLES) / RATE
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,10 +56,6 @@ class SimulatedStudyData:
     recordings: tuple[Recording, ...]
     photographs: tuple[tuple[str, Image], ...]
     ratings: Ratings
-
-
-RATERS: Mapping[str, int] = {"ultrasonic": 32, "tactile_images": 37, RANDOM: 20}
-"""Number of raters by set."""
 
 
 def study(
@@ -108,13 +111,7 @@ def study(
     return SimulatedStudyData((), tuple(images.items()), join_ratings(parts))
 
 
-COUNT = 39
-"""The study's own number: 1,248 answers by 32 people. Sec. III-C."""
-RATE, SAMPLES = 10_000.0, 10_000
-"""Hz, and one second."""
 Array = NDArray[np.float64]
-
-_T = np.arange(SAMPLES) / RATE
 
 
 @dataclass(frozen=True)

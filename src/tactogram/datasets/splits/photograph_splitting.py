@@ -1,4 +1,4 @@
-"""Splitting of photographs: whole ones held out if a material has several, otherwise disjoint regions.
+"""Splitting of photographs: whole ones held out if a material has several, otherwise disjoint regions; their crops.
 
 The photographs follow the recordings' split. A material whose recordings are all in one part (a split by material) has
 all its photographs there: its surface is then unseen. A material with recordings in several parts has photographs in

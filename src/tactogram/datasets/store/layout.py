@@ -1,4 +1,4 @@
-"""On-disk layout of a store: ``dataset.json``, Parquet shards, photographs, and a sorted list of ids.
+"""On-disk layout of a store: ``dataset.json``, Parquet shards, photographs, a sorted list of ids; checked if opened.
 
 A shard has one row per recording. Its metadata is in plain columns named as in `RecordingInfo`; each stream adds
 ``acceleration_rate`` (Hz, or samples per mm), ``acceleration_axes`` (``"x,y,z"``), ``acceleration_length`` (samples per

@@ -27,7 +27,7 @@ from tactogram.datasets.store.layout import (
 )
 from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
 from tactogram.datasets.store.remote import BlockReader, RemotePath, location, readable
-from tactogram.datasets.store.shard_reading import Shard, places_of
+from tactogram.datasets.store.shards import Shard, places_of
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal

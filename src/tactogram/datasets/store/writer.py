@@ -25,7 +25,7 @@ from tactogram.datasets.store.layout import (
 from tactogram.datasets.store.pending import StagedFiles, clear_unfinished
 from tactogram.datasets.store.photographs import Photograph, PhotographWriter, image_key, photograph_of
 from tactogram.datasets.store.remote import RemotePath, local
-from tactogram.datasets.store.shard_reading import ShardWriter
+from tactogram.datasets.store.shards import ShardWriter
 from tactogram.datasets.store.store import Store
 from tactogram.errors import DataError
 from tactogram.signal import Image

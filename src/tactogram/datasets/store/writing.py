@@ -1,4 +1,4 @@
-"""Creation and extension of stores: in one pass, in little memory, atomic.
+"""Creation, extension and copies of stores: in one pass, in little memory, atomic.
 
 `append_recording` is also durable, for recording sessions: all files and their folder are synchronised to the disk
 before ``dataset.json`` is replaced, and it after, so that a power cut loses nothing; `recover_store` removes what a
@@ -29,6 +29,9 @@ from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
+
+ATTEMPTS = 3
+"""Attempts where another process adds to the store at the same moment."""
 
 
 def create_store(
@@ -150,10 +153,6 @@ def new_store(
     part.mkdir(parents=True)
     empty = StoreInfo(name, licence, source, simulated, "", {}, (), (), "")
     return StoreWriter(part, empty, None, durable=durable, job=job)
-
-
-ATTEMPTS = 3
-"""Attempts where another process adds to the store at the same moment."""
 
 
 def append_recording(path: Path, recording: Recording, *, name: str, licence: str, source: str = "") -> Store:

@@ -1,4 +1,4 @@
-"""Atomic files: written beside their place under a temporary name, then renamed."""
+"""Atomic files, written beside their place and renamed; the check of a target before long work, and file locks."""
 
 from __future__ import annotations
 

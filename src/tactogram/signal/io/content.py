@@ -19,6 +19,9 @@ from tactogram.signal.units import parse_seconds, parse_unit
 from tactogram.text_files import parse_json
 
 VERSION = 1
+TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
+LABELS = MATERIAL, SESSION, SUBJECT, TRIAL = "material", "session", "subject", "trial"
+"""Roles of columns of words or codes."""
 
 
 @dataclass(frozen=True)
@@ -124,11 +127,6 @@ class RawTable:
     def numbered(self) -> bool:
         """Whether the columns are those of matrices or of a table without headings, and so have no names."""
         return not self.named or bool(self.groups and set(self.groups).isdisjoint(self.headings))
-
-
-TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
-LABELS = MATERIAL, SESSION, SUBJECT, TRIAL = "material", "session", "subject", "trial"
-"""Roles of columns of words or codes."""
 
 
 @dataclass(frozen=True)

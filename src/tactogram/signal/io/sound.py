@@ -33,6 +33,7 @@ _CUT = re.compile(r": (\d+) \(should be (\d+)\)")
 """Chunk of a truncated file in libsndfile's log; it reads what is there without an error."""
 _SLACK, _UNKNOWN = 8, 2**32 - 2
 """Bytes that padding may lack, and sizes of streams, which are not known when they begin."""
+_UNKNOWN_SIZE = 0xFFFFFFFF
 
 
 @dataclass(frozen=True)
@@ -215,9 +216,6 @@ def _check_limits(signal: Signal, suffix: str, rate: int, bits: int) -> None:
         raise ParameterError(f"FLAC holds at most {_FLAC_RATE} Hz, got {rate}; write .wav or .npz")
     if suffix == ".wav" and signal.samples.size * bits // 8 > _LARGEST_WAV:
         raise ParameterError("WAV holds at most 4 GiB; write .npz or .flac, or cut the signal")
-
-
-_UNKNOWN_SIZE = 0xFFFFFFFF
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Rows of a text table: its separator, the cells of its lines, and which of the lines are rows."""
+"""Rows of a text table: separator, cells, which lines are numbers; time stamps and pairs that terminals put there."""
 
 from __future__ import annotations
 
@@ -38,6 +38,12 @@ _PAIR = re.compile(
 
 _FIRST = re.compile(rf"({_NUMBER})[\s,;|\t]+(?=[A-Za-z])")
 """A time before the pairs."""
+SEPARATORS = ("\t", ";", ",", "|", " ")
+SNIFFED_ROWS = 200
+MOST_ODD = 0.05
+"""Share of lines among the numbers that may be something else, such as messages of a logger."""
+_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
+"""A cell among blanks; in a heading, the unit in brackets belongs to it."""
 
 
 class NumberedLine(NamedTuple):
@@ -153,14 +159,6 @@ def pairs_in(text: str) -> list[tuple[str, str, str]]:
 def is_ruler(text: str) -> bool:
     """Return whether a line divides a table, as ``----+----``."""
     return bool(_RULER.fullmatch(text))
-
-
-SEPARATORS = ("\t", ";", ",", "|", " ")
-SNIFFED_ROWS = 200
-MOST_ODD = 0.05
-"""Share of lines among the numbers that may be something else, such as messages of a logger."""
-_BLANK_SEPARATED = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
-"""A cell among blanks; in a heading, the unit in brackets belongs to it."""
 
 
 @dataclass

@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from tactogram.datasets import open_store
 from tactogram.datasets.examples import cores
 from tactogram.datasets.simulate import RecordingTask, make, study, surface_photographs, tasks
-from tactogram.datasets.simulate.raters.felt import TouchCues
+from tactogram.datasets.simulate.raters.rules import TouchCues
 from tactogram.datasets.simulate.surfaces import Surface
 from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.writing import check_new, new_store

@@ -27,6 +27,9 @@ from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_pa
 
 MOST_SHOWN = 9
 """Materials in a figure: as many as in the paper's Figure 3."""
+MOST_PAIRS = 256
+"""Pairs of the test part that are evaluated, evenly spread over it."""
+BATCH = 32
 
 
 def picture_sections(
@@ -160,11 +163,6 @@ def _cases(loaded: LoadedRun, pairs: PicturePairs) -> Any:
 def _attention(model: PictureLearner[Any], photo: Tensor) -> Tensor:
     """Return Grad-CAM of photographs, shape (photograph, row, column)."""
     return attention_maps(model.gan.bare_generator.eval(), photo, *model.conditioning(photo))
-
-
-MOST_PAIRS = 256
-"""Pairs of the test part that are evaluated, evenly spread over it."""
-BATCH = 32
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Runs in forms that other programs read."""
+"""Runs in forms that other programs read: a zip, ONNX files that are checked, a C header, a folder of the Hub."""
 
 from __future__ import annotations
 
@@ -29,7 +29,6 @@ from tactogram.workflows.training.requests import ExportRequest
 if TYPE_CHECKING:
     from torch import Tensor
 
-
 OPTIONS = {
     "push": (None, "hub"),
     "material": (None, "c"),
@@ -38,6 +37,13 @@ OPTIONS = {
     "axis": ("dft321", "c"),
 }
 """Options of one form alone: their defaults, and that form."""
+OPSET = 18
+"""Version of ONNX's operators: the first in which all of ours have one form."""
+COMPARED = range(1, 4)
+"""Seeds of the inputs that are compared; the graph is traced with those of seed 0."""
+MOST_DIFFERENCE = 1e-4
+"""Largest difference between onnxruntime and the package, as a share of the largest value."""
+EXTRA = {"extra": "export", "what": "ONNX files"}
 
 
 @takes(ExportRequest)
@@ -108,15 +114,6 @@ def export_c(
     text, cost = noise_header(texture, name=name, facts=facts)
     write_text(Path(out), text)
     return {"file": str(out), "name": name, "material": material, "rate_hz": texture.rate, **asdict(cost)}
-
-
-OPSET = 18
-"""Version of ONNX's operators: the first in which all of ours have one form."""
-COMPARED = range(1, 4)
-"""Seeds of the inputs that are compared; the graph is traced with those of seed 0."""
-MOST_DIFFERENCE = 1e-4
-"""Largest difference between onnxruntime and the package, as a share of the largest value."""
-EXTRA = {"extra": "export", "what": "ONNX files"}
 
 
 def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Runs in the layout of the Hugging Face Hub: weights, a card with the results, and the run's own files beside them.
+"""Runs packed into one file, or in the layout of the Hugging Face Hub: weights, a card with results, and the run.
 
 Paths of this machine are left out.
 """
@@ -40,6 +40,9 @@ TASKS = {
     "generation": "tactile-generation",
     "prediction": "tactile-rating",
 }
+LEFT_OUT = {"checkpoint.safetensors"}
+LARGEST_BYTES = 8 * 2**30
+"""Largest size of an unpacked run: a larger one is refused before it is unpacked."""
 
 
 def export_hub(run: Path | str, out: Path | str, *, push: str | None = None) -> dict[str, Any]:
@@ -176,11 +179,6 @@ def _results_text(results: Mapping[str, float], on: Mapping[str, Any]) -> str:
 
 def _slug(text: str) -> str:
     return "-".join("".join(c if c.isalnum() else " " for c in text.lower()).split()) or "data"
-
-
-LEFT_OUT = {"checkpoint.safetensors"}
-LARGEST_BYTES = 8 * 2**30
-"""Largest size of an unpacked run: a larger one is refused before it is unpacked."""
 
 
 def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:

@@ -32,6 +32,10 @@ from tactogram.workflows.training.requests import TrainingRequest
 
 BLOCKS = 5
 """Contiguous blocks of which the last one of every recording is for testing."""
+LOOKED_AT = 400
+"""Recordings that are compared."""
+GLANCE_S = 0.5
+"""Length of each that is prepared, s (mm over displacement)."""
 
 
 @dataclass(frozen=True)
@@ -164,12 +168,6 @@ def _has(info: RecordingInfo, key: str, value: str) -> bool:
         except ValueError:
             return False
     return got is not None and str(got) == str(value)
-
-
-LOOKED_AT = 400
-"""Recordings that are compared."""
-GLANCE_S = 0.5
-"""Length of each that is prepared, s (mm over displacement)."""
 
 
 def check_training(request: TrainingRequest) -> dict[str, Any]:

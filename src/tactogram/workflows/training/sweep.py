@@ -1,4 +1,4 @@
-"""Sweep over a recipe's values by Ray Tune; trials that fall behind are stopped early, and the best one is trained."""
+"""Sweep over a recipe's values, ranges and choices of a search space, by Ray Tune; weak trials are stopped early."""
 
 from __future__ import annotations
 

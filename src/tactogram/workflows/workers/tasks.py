@@ -1,4 +1,4 @@
-"""Tasks done by this process, by processes of this machine, or by Ray: the same results to the bit."""
+"""Tasks by this process, by several, or by Ray: the same results; each kept in a file, if a killed job should go on."""
 
 from __future__ import annotations
 
@@ -21,6 +21,9 @@ from tactogram.main_script import allowed_processes
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.workers.one_task import ATTEMPTS, ONE_THREAD, Attempt, attempted
+
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 def kept_values(
@@ -59,10 +62,6 @@ def _counted(
 ) -> None:
     """Show the tasks under the title of the whole."""
     progress(title, done, total, note)
-
-
-T = TypeVar("T")
-R = TypeVar("R")
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 No model, feature or evaluation may import this (by an import contract): they must not know the rater.
 """
 
-from tactogram.datasets.simulate.raters.felt import TouchCues as TouchCues
+from tactogram.datasets.simulate.raters.rules import TouchCues as TouchCues
 from tactogram.datasets.simulate.raters.scoring import (
     SimulatedRater as SimulatedRater,
     draw_people as draw_people,

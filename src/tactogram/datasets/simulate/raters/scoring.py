@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from tactogram.datasets.ratings.ratings import EVOKED, SEVEN_POINT, Ratings, Scale
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate.materials import Plate
-from tactogram.datasets.simulate.raters.felt import (
+from tactogram.datasets.simulate.raters.rules import (
     TouchCues,
     sight_cues,
     sight_words,

@@ -1,4 +1,4 @@
-"""Rule from touch to words: cues from 0 to 1 out of physical quantities, and ten words out of the cues.
+"""Rules of simulated raters: ten words from cues of touch, out of physical quantities, and from cues of pixels.
 
 Simulated; docs/simulated-raters.md gives the source of each part. Nothing here depends on a stimulus's name.
 
@@ -23,6 +23,10 @@ from tactogram.signal.perception import weighted
 
 PACINIAN_HZ = (40.0, 1000.0)
 FLUTTER_HZ = (2.0, 40.0)
+SEEN_AT = 64
+"""Pixels a side to which every image is scaled."""
+BANDS = {"coarse": (2.0, 6.0), "middle": (6.0, 14.0), "fine": (14.0, 32.0)}
+"""Cycles per image side."""
 
 
 @dataclass(frozen=True)
@@ -108,12 +112,6 @@ def _slow(x: NDArray[np.float64]) -> float:
 def clip(x: float) -> float:
     """Return ``x`` limited to 0 to 1."""
     return float(np.clip(x, 0.0, 1.0))
-
-
-SEEN_AT = 64
-"""Pixels a side to which every image is scaled."""
-BANDS = {"coarse": (2.0, 6.0), "middle": (6.0, 14.0), "fine": (14.0, 32.0)}
-"""Cycles per image side."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Shard reader: metadata of recordings, and any slice of their samples."""
+"""Shards of a store: metadata and samples read, any slice of them, recordings written, and the index of ids."""
 
 from __future__ import annotations
 
@@ -38,6 +38,14 @@ from tactogram.datasets.store.pending import StagedFiles
 from tactogram.datasets.store.remote import BlockReader, RemotePath
 from tactogram.errors import DataError
 from tactogram.signal import Signal
+
+GROUP_BYTES, GROUP_ROWS = 2**25, 1024
+"""Size of a row group, which the writer keeps in memory."""
+SHARD_BYTES, SHARD_ROWS = 2**28, 16384
+"""Size of a shard, which one damaged file costs."""
+MOST_SAMPLES = 2**29 - 2**20
+"""Samples per axis that fit into one Parquet page (2 GiB)."""
+_NAME = re.compile(r"[A-Za-z0-9_+-]+")
 
 
 class Shard:
@@ -203,16 +211,6 @@ def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
     except (OSError, ValueError, KeyError) as error:
         raise DataError(f"{file}: not readable: {error}; import the data again") from error
     return ShardIndex(facts.shards, ids)
-
-
-GROUP_BYTES, GROUP_ROWS = 2**25, 1024
-"""Size of a row group, which the writer keeps in memory."""
-SHARD_BYTES, SHARD_ROWS = 2**28, 16384
-"""Size of a shard, which one damaged file costs."""
-MOST_SAMPLES = 2**29 - 2**20
-"""Samples per axis that fit into one Parquet page (2 GiB)."""
-
-_NAME = re.compile(r"[A-Za-z0-9_+-]+")
 
 
 class ShardWriter:
