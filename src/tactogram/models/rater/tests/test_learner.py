@@ -9,7 +9,6 @@ from tactogram.errors import ParameterError
 from tactogram.model import Example, ImageExample, ImageKind, ItemRatings, SignalKind
 from tactogram.models.rater import Config, build
 from tactogram.models.rater.learner import _rating_statistics
-from tactogram.models.rater.regression import fit_regression
 from tactogram.signal import Image, Signal
 
 RATE, WORDS = 1000.0, ("rough", "fast")
@@ -97,24 +96,6 @@ def test_one_rater_for_all_has_no_noise_that_could_be_told():
     learner.step(learner.stages(given)[0], given)
     assert np.isnan(learner.noise).all()
     assert np.isfinite(list(learner.predict(given[0].signal).values())).all()
-
-
-def test_an_item_that_nobody_scored_in_a_word_is_left_out_of_that_word():
-    rng = np.random.default_rng(0)
-    x = rng.standard_normal((30, 4))
-    y = np.clip(0.5 + 0.1 * x[:, :2], 0, 1)
-    holes = y.copy()
-    holes[:5, 1] = np.nan
-    fitted = [
-        fit_regression(
-            x, scores, items=[str(n) for n in range(30)], weights=np.ones(30), blocks=(4,), config=FAST,
-            rng=np.random.default_rng(0),
-        )
-        for scores in (y, holes)
-    ]  # fmt: skip
-    assert np.isfinite(fitted[1].predict(x)).all()
-    np.testing.assert_array_equal(fitted[0].predict(x)[:, 0], fitted[1].predict(x)[:, 0])
-    np.testing.assert_array_equal(fitted[1].coefficients[:5, 1], 0)
 
 
 def test_a_word_with_scores_of_too_few_items_is_refused_by_name():

@@ -1,9 +1,10 @@
+"""Clusters of surfaces."""
+
 import numpy as np
 import pytest
 from scipy.spatial.distance import pdist, squareform
 
 from tactogram.errors import ParameterError
-from tactogram.models.ultrasonic_cgan import Config
 from tactogram.models.ultrasonic_cgan.surfaces import clusters_of, tree_of
 
 
@@ -22,10 +23,3 @@ def test_clusters_are_those_of_ward_by_hand():
 def test_exactly_as_many_clusters_as_asked_for_even_of_equals():
     means = np.array([[0.0], [1.0], [2.0], [3.0]])
     assert len(set(clusters_of(tree_of(means, "single"), 3, items=4))) == 3
-
-
-@pytest.mark.parametrize(
-    ("count", "group"), [(1, "group A"), (4, "group D"), (12, "group E"), (5, "5 clusters")]
-)
-def test_groups_have_the_names_of_the_paper(count, group):
-    assert Config(clusters=count).group == group

@@ -8,12 +8,10 @@ import torch
 from torch import nn
 
 from tactogram import models
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.visual_tactile_gan.config import Config
 from tactogram.models.visual_tactile_gan.learner import discriminator, generator
-from tactogram.nn.label_predictor import LabelPredictor, PredictorConfig, PredictorTraining
-from tactogram.nn.trunks import Trunk
 from tactogram.recipe import Recipe
 from tactogram.signal import Image, Signal
 from tactogram.training.loop import fit
@@ -36,7 +34,6 @@ TABLE_1 = [
     ("up.6", (64, 128, 128), 262_144), ("up_norms.6", (64, 128, 128), 128),
     ("up.7", (1, 256, 256), 2049),
 ]  # fmt: skip
-
 TABLE_2 = [
     [("convs.0", (64, 129, 129), 2112),
      ("convs.1", (128, 65, 65), 131_200), ("norms.0", (128, 65, 65), 256),
@@ -91,67 +88,6 @@ def test_discriminators_are_table_2():
     ]
     assert seen == expected
     assert sum(p.numel() for p in network.parameters()) == 8_296_515
-
-
-def test_label_predictor_has_the_published_head():
-    try:
-        with torch.device("meta"):
-            network = LabelPredictor(PredictorConfig(), 9)
-    except ImportError as error:
-        pytest.skip(str(error))
-    assert [tuple(p.shape) for p in network.head.parameters()] == [
-        (256, 1920), (256,), (256,), (256,), (9, 256), (9,)
-    ]  # fmt: skip
-    assert network.head[2].negative_slope == 0.01
-    assert not any(p.requires_grad for p in network.trunk.parameters())
-    assert all(p.requires_grad for p in network.head.parameters())
-    assert not network.train().trunk.network.training  # frozen: its batch norms as well
-
-
-def test_absent_weights_are_one_line_that_says_where_they_go(tmp_path, monkeypatch):
-    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
-    try:
-        trunk = Trunk("densenet201")
-    except ImportError as error:
-        pytest.skip(str(error))
-    with pytest.raises(DataError, match="put densenet201-.*pth into") as error:
-        trunk.load()
-    assert "\n" not in str(error.value)
-    (tmp_path / "bad.pth").write_bytes(b"no weights")
-    with pytest.raises(DataError, match="not a readable file of weights"):
-        Trunk("densenet201", str(tmp_path / "bad.pth")).load()
-    with pytest.raises(DataError, match="no weights of DenseNet-201 there"):
-        Trunk("densenet201", str(tmp_path / "none.pth")).load()
-
-
-def test_weights_of_torchvisions_own_file_are_loaded_old_names_and_all(tmp_path):
-    try:
-        trunk = Trunk("densenet201")
-    except ImportError as error:
-        pytest.skip(str(error))
-    state = {f"features.{name}": value for name, value in trunk.network.state_dict().items()}
-    state = {
-        name.replace(".norm1.", ".norm.1.").replace(".conv2.", ".conv.2."): v for name, v in state.items()
-    }
-    assert any(".norm.1." in name for name in state)
-    changed = next(iter(state))
-    state[changed] = torch.full_like(state[changed], 0.5)
-    torch.save(
-        state | {"classifier.weight": torch.zeros(1), "classifier.bias": torch.zeros(1)}, tmp_path / "w.pth"
-    )
-    other = Trunk("densenet201", str(tmp_path / "w.pth"))
-    other.load()
-    assert bool((next(iter(other.network.state_dict().values())) == 0.5).all())
-
-
-def test_learning_rate_of_the_predictor_halves_every_five_epochs():
-    training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
-    batch = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]])
-    rates = {}
-    for epoch in (0, 4, 5, 9, 10, 29):
-        training.step((epoch * 7, *batch), epoch_steps=7, unseen=None)
-        rates[epoch] = training.optimiser.param_groups[0]["lr"]
-    assert rates == {0: 2e-4, 4: 2e-4, 5: 1e-4, 9: 1e-4, 10: 5e-5, 29: 2e-4 / 32}
 
 
 KIND = SignalKind(1000.0, "m/s^2", ("z",), ("coarse", "fine"), simulated=True)

@@ -6,7 +6,6 @@ from scipy.ndimage import gaussian_filter
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
-from tactogram.features.photo_descriptor import descriptor
 from tactogram.model import Example, SignalKind
 from tactogram.models.nearest_photo import Config, build
 from tactogram.signal import Image, Signal
@@ -58,24 +57,6 @@ def test_what_comes_out_was_recorded_there():
     ]
     assert np.mean(found) > 0.75
     assert (made.seconds, made.unit) == (2.0, "m/s^2")
-
-
-def test_a_turned_photograph_is_nearly_the_same():
-    stripes = np.zeros((128, 128, 3), np.uint8)
-    stripes[::4] = 200
-    upright, turned = (
-        descriptor(Image(stripes)),
-        descriptor(Image(np.ascontiguousarray(stripes.swapaxes(0, 1)))),
-    )
-    np.testing.assert_allclose(upright, turned, atol=1e-6)
-
-
-def test_grain_is_seen_in_its_octave():
-    rows = np.arange(128)
-    for period, band in ((4, 0), (8, 1), (16, 2)):
-        pixels = np.uint8(128 + 60 * np.sin(2 * np.pi * (rows + 0.3) / (1.2 * period)))
-        levels = descriptor(Image(np.broadcast_to(pixels[:, None, None], (128, 128, 3))))[3:].reshape(6, 4)
-        assert np.argmax(levels.max(axis=1)) == band + 1
 
 
 def test_materials_without_a_photograph_are_named():
