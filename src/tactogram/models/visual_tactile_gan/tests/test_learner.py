@@ -11,7 +11,7 @@ from tactogram import models
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.visual_tactile_gan.config import Config
-from tactogram.models.visual_tactile_gan.learner import discriminator, generator
+from tactogram.models.visual_tactile_gan.learner import ConditionalBatchNorm, discriminator, generator
 from tactogram.recipe import Recipe
 from tactogram.signal import Image, Signal
 from tactogram.training.loop import fit
@@ -295,3 +295,25 @@ def test_a_label_is_heard_from_the_first_step_where_its_weights_begin_large():
         return (made._generated(crop, one) - made._generated(crop, other)).abs().mean().item()
 
     assert heard(1.0) > 10 * heard(0.02)
+
+
+def rand(*shape, seed=0):
+    return torch.rand(*shape, generator=torch.Generator().manual_seed(seed)) * 2 - 1
+
+
+def test_conditional_batch_norm_is_its_equation():
+    layer = ConditionalBatchNorm(3, 2)
+    x, label = rand(4, 3, 2, 2), torch.eye(2)[[0, 1, 0, 1]]
+    mean = x.mean((0, 2, 3), keepdim=True)
+    deviation = (x.var((0, 2, 3), correction=0, keepdim=True) + 1e-5).sqrt()
+    gamma = label @ layer.scale.weight.T + layer.scale.bias
+    beta = label @ layer.shift.weight.T + layer.shift.bias
+    expected = gamma[..., None, None] * (x - mean) / deviation + beta[..., None, None]
+    torch.testing.assert_close(layer(x, label), expected)
+
+
+def test_conditional_batch_norm_of_a_mixed_label_lies_between():
+    layer = ConditionalBatchNorm(3, 2).eval()
+    x, one, other = rand(1, 3, 2, 2), torch.tensor([[1.0, 0.0]]), torch.tensor([[0.0, 1.0]])
+    between = layer(x, 0.3 * one + 0.7 * other)
+    torch.testing.assert_close(between, 0.3 * layer(x, one) + 0.7 * layer(x, other))

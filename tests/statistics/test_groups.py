@@ -1,3 +1,5 @@
+"""Holm's correction against statsmodels."""
+
 import numpy as np
 import pytest
 from statsmodels.stats.multitest import multipletests

@@ -4,17 +4,10 @@ import json
 import os
 import subprocess
 import sys
-from importlib import import_module
-from pathlib import Path
 
 import numpy as np
 import pytest
-
-from tactogram.errors import ParameterError
-from tactogram.model import WHOLE_BATCH, BatchShare
-
-sys.path.insert(0, str(Path(__file__).parent))
-adversarial_job = import_module("adversarial_job")
+from tests.training import adversarial_job
 
 
 @pytest.mark.slow
@@ -31,15 +24,3 @@ def test_two_processes_have_the_losses_and_weights_of_one_with_twice_the_batch(t
     assert one["weights"]["last"] != [1.0]
     for name, values in one["weights"].items():
         np.testing.assert_allclose(two["weights"][name], values, rtol=1e-6, atol=1e-9, err_msg=name)
-
-
-def test_shares_are_disjoint_and_whole():
-    places = np.arange(24)  # three batches of eight
-    shares = [BatchShare(number, 4).places(places, 8) for number in range(4)]
-    np.testing.assert_array_equal(shares[1], [2, 3, 10, 11, 18, 19])
-    np.testing.assert_array_equal(np.sort(np.concatenate(shares)), places)
-    np.testing.assert_array_equal(WHOLE_BATCH.places(places, 8), places)
-    with pytest.raises(
-        ParameterError, match="must be a multiple of the 4 processes that share a batch, got 10"
-    ):
-        BatchShare(0, 4).size(10)

@@ -1,3 +1,5 @@
+"""Phase shuffle."""
+
 import pytest
 import torch
 from torch.autograd import gradcheck, gradgradcheck
