@@ -1,3 +1,5 @@
+"""Amplitude distance."""
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st

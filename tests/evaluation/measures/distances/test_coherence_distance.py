@@ -1,3 +1,5 @@
+"""Coherence distance."""
+
 import numpy as np
 import pytest
 from scipy import signal as dsp
