@@ -1,9 +1,7 @@
-"""The papers' own numbers, held against every place where the project states them."""
+"""Published results, held against every place where the project states them."""
 
 import pytest
 
-from tactogram import models
-from tactogram.recipe import Recipe
 from tactogram.workflows.results_table import table
 from tactogram_benchmark.experiments import (
     frictgan_figure3,
@@ -12,45 +10,6 @@ from tactogram_benchmark.experiments import (
     visual_tactile_gan_table4,
 )
 
-PAPER = {
-    # Saga et al. 2020, Sec. II-B.
-    "stroke_cnn": {"window": 200, "filters": (64, 64, 128, 128, 256, 256), "kernel": 5, "pool": 2},
-    # Saga et al. 2020, Sec. III-B, Tables III and IV.
-    "stroke_gan": {
-        "latent": 100, "channels": (1024, 512, 256, 128, 64), "kernel": 25, "stride": 4, "leak": 0.2, "length": 16_384,
-        "batch_size": 64, "phase_shuffle": 2, "penalty": 10, "generator_updates": 2, "critic_updates": 1,
-        "learning_rate": 1e-4, "betas": (0.5, 0.9), "repetition": "repeat", "repetitions": 10, "epochs": 40,
-        "epoch_covers": "recordings", "steps": None,
-    },
-    # Hatori and Takemura, Sec. III-B, IV-A and IV-C, Tables 2 to 4.
-    "ultrasonic_cgan": {
-        "stable_s": 2, "hop_s": 0.05, "bins": 1000, "generator_widths": (1024, 512, 256, 128), "dropout_after": (2, 4),
-        "dropout": 0.5, "discriminator_widths": (64, 32), "leak": 0.01, "learning_rate": 0.001,
-        "betas": (0.9, 0.999), "epsilon": 1e-8, "batch_size": 64, "iterations": 200_000, "rate_low": 0.4,
-        "rate_high": 0.6,
-    },
-    # Neshov et al. 2026, Sec. 3.1, 3.2 and 4.1, Tables 1 and 2.
-    "visual_tactile_gan": {
-        "widths": (64, 128, 256, 512, 512, 512, 512, 512), "discriminators": 3, "layers": 3, "width": 64, "gain": 0.02,
-        "l1": 10, "feature_matching": 40, "batch_size": 32, "learning_rate": 2e-4, "betas": (0.5, 0.999),
-        "epochs": 200, "constant": 0.5, "choose_by": "lpips", "label": "predicted", "steps": None,
-        "predictor.trunk": "densenet201", "predictor.hidden": 256, "predictor.leak": 0.01, "predictor.scale": 1.5,
-        "predictor.batch_size": 64, "predictor.epochs": 30, "predictor.halve_every": 5,
-        "predictor.learning_rate": 2e-4, "pairs.n_fft": 512, "pairs.hop": 128, "pairs.frames": 256, "pairs.size": 256,
-        "pairs.crop": 256, "pairs.per_photo": 10, "pairs.per_recording": 10, "pairs.repeats": 10,
-    },
-    # Hatori et al. 2025, Sec. II-C, Tables 2 to 4, Fig. 5.
-    "tactile_image_cgan": {
-        "noise": 100, "widths": (512, 256, 128, 64), "size": 64, "leak": 0.2, "image_weight": 5000,
-        "learning_rate": 0.002, "betas": (0.5, 0.999), "epsilon": 1e-8, "batch_size": 32, "updates": 1000,
-    },
-    # Cai et al. 2020, Sec. 3.1, 3.2 and 4.
-    "frictgan": {
-        "pixels": 1024, "offset": 2, "windows": 600, "shares": (2 / 3, 1 / 6, 1 / 6), "n_fft": 512, "hop": 128,
-        "bins": 257, "frames": 11, "latent": 128, "noise": 50, "encoder_dropout": 3, "loss": "wasserstein", "l1": 100,
-        "learning_rate": 5e-5, "critic_learning_rate": None, "batch_size": 2,
-    },
-}  # fmt: skip
 TABLE_II = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Saga et al. 2020: windows classified correctly, %."""
 NINE_TEXTURES = [96.9, 91.8, 85.7, 76.5]
@@ -85,17 +44,6 @@ def rows():
 def published(rows, model, words):
     """What a model's results say is published of the figures whose name holds ``words``."""
     return [row["published"] for row in rows if row["model"] == model and words in row["what"]]
-
-
-@pytest.mark.parametrize("name", PAPER)
-def test_the_recipe_paper_has_the_papers_numbers(name):
-    facts = models.find(name)
-    config = facts.config(Recipe.load(facts.recipe("paper")).config)
-    for path, expected in PAPER[name].items():
-        value = config
-        for part in path.split("."):
-            value = getattr(value, part)
-        assert value == (pytest.approx(expected) if isinstance(expected, float | tuple) else expected), path
 
 
 def test_a_published_figure_says_where_it_is_published(rows):

@@ -1,22 +1,21 @@
+"""Reports: self-contained, and called simulated where they are."""
+
 import base64
 import io
 import re
 
 import numpy as np
 import soundfile
-from PIL import Image as Pillow
 
-from tactogram.evaluation import figures
 from tactogram.evaluation.report import (
     ReportFigure,
     ReportSection,
     ReportSound,
     ReportTable,
     ReportText,
-    save_figure,
     write_report,
 )
-from tactogram.signal import Image, Signal
+from tactogram.signal import Signal
 from tactogram.signal.figure import signal_figure
 
 
@@ -62,30 +61,3 @@ def test_a_report_is_self_contained(tmp_path):
 def test_real_data_is_not_called_simulated(tmp_path):
     path = write_report(tmp_path / "r.html", title="t", summary="s", simulated=False, sections=[])
     assert "Simulated data" not in path.read_text()
-
-
-def test_figures_are_drawn(tmp_path):
-    counts = np.array([[3, 1], [0, 4]])
-    photo = Image(np.zeros((4, 4, 3), np.uint8))
-    drawn = {
-        "confusion": figures.confusion_figure(counts, ("a", "b")),
-        "spectra": figures.spectra_figure({"one": [stroke(), stroke()], "other": [stroke()]}),
-        "losses": figures.losses_figure([{"stage": 1, "step": s, "loss": 1 / s} for s in range(1, 40)]),
-        "photos": figures.photos_figure({"a": photo, "b": photo}),
-    }
-    for name, figure in drawn.items():
-        with Pillow.open(save_figure(tmp_path / f"{name}.png", figure)) as picture:
-            assert picture.width > 300
-            assert len(set(picture.convert("L").get_flattened_data())) > 2
-
-
-def test_a_confusion_matrix_shows_shares_of_the_true_class():
-    figure = figures.confusion_figure(np.array([[3, 1], [0, 4]]), ("a", "b"))
-    np.testing.assert_allclose(figure.axes[0].images[0].get_array(), [[0.75, 0.25], [0, 1]])
-
-
-def test_spectra_of_short_and_long_signals_share_their_frequencies():
-    drawn = figures.spectra_figure({"one": [stroke(), stroke().cut(0, 100)], "other": [stroke()]})
-    lines = drawn.axes[0].lines
-    assert [len(line.get_xdata()) for line in lines] == [51, 51]
-    assert lines[0].get_xdata()[-1] == 165.0

@@ -1,4 +1,4 @@
-"""Novelty of photographs, on simulated ones of twelve surfaces."""
+"""Descriptors of photographs, and their novelty, on simulated ones."""
 
 import json
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from tactogram.features.photo_descriptor import UNLIKE, PhotoNovelty
+from tactogram.features.photo_descriptor import UNLIKE, PhotoNovelty, descriptor
 from tactogram.signal import Image
 
 
@@ -75,3 +75,21 @@ def test_facts_are_read_back(looks):
     again = PhotoNovelty.from_facts(json.loads(json.dumps(known.facts())))
     image = looks[next(iter(looks))][0]
     assert again.nearest(image)[0] == known.nearest(image)[0]
+
+
+def test_a_turned_photograph_is_nearly_the_same():
+    stripes = np.zeros((128, 128, 3), np.uint8)
+    stripes[::4] = 200
+    upright, turned = (
+        descriptor(Image(stripes)),
+        descriptor(Image(np.ascontiguousarray(stripes.swapaxes(0, 1)))),
+    )
+    np.testing.assert_allclose(upright, turned, atol=1e-6)
+
+
+def test_grain_is_seen_in_its_octave():
+    rows = np.arange(128)
+    for period, band in ((4, 0), (8, 1), (16, 2)):
+        pixels = np.uint8(128 + 60 * np.sin(2 * np.pi * (rows + 0.3) / (1.2 * period)))
+        levels = descriptor(Image(np.broadcast_to(pixels[:, None, None], (128, 128, 3))))[3:].reshape(6, 4)
+        assert np.argmax(levels.max(axis=1)) == band + 1

@@ -1,10 +1,17 @@
-"""What is done to photographs before a classifier sees them."""
+"""The label predictor: its head, its learning rate, and what is done to photographs before it sees them."""
 
 import numpy as np
 import pytest
 import torch
 
-from tactogram.nn.label_predictor import erased, mixed, moved
+from tactogram.nn.label_predictor import (
+    LabelPredictor,
+    PredictorConfig,
+    PredictorTraining,
+    erased,
+    mixed,
+    moved,
+)
 
 
 def photographs(count=6, side=16):
@@ -73,3 +80,28 @@ def test_rotation_stays_within_its_limit(rotation):
     angle = torch.rad2deg(torch.atan2(down.abs(), across.abs()))
     assert float(angle.max()) <= rotation + 0.5
     assert float(angle.max()) > rotation / 2
+
+
+def test_label_predictor_has_the_published_head():
+    try:
+        with torch.device("meta"):
+            network = LabelPredictor(PredictorConfig(), 9)
+    except ImportError as error:
+        pytest.skip(str(error))
+    assert [tuple(p.shape) for p in network.head.parameters()] == [
+        (256, 1920), (256,), (256,), (256,), (9, 256), (9,)
+    ]  # fmt: skip
+    assert network.head[2].negative_slope == 0.01
+    assert not any(p.requires_grad for p in network.trunk.parameters())
+    assert all(p.requires_grad for p in network.head.parameters())
+    assert not network.train().trunk.network.training  # frozen: its batch norms as well
+
+
+def test_learning_rate_of_the_predictor_halves_every_five_epochs():
+    training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
+    batch = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]])
+    rates = {}
+    for epoch in (0, 4, 5, 9, 10, 29):
+        training.step((epoch * 7, *batch), epoch_steps=7, unseen=None)
+        rates[epoch] = training.optimiser.param_groups[0]["lr"]
+    assert rates == {0: 2e-4, 4: 2e-4, 5: 1e-4, 9: 1e-4, 10: 5e-5, 29: 2e-4 / 32}

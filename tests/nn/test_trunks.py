@@ -1,4 +1,4 @@
-"""The perceptual loss of VGG-19, and the two models that have it."""
+"""Trunks from files of weights, the perceptual loss of VGG-19, and the two models that have it."""
 
 import pytest
 import torch
@@ -6,7 +6,7 @@ import torch
 from tactogram import models
 from tactogram.errors import DataError
 from tactogram.model import SignalKind
-from tactogram.nn.trunks import PerceptualLoss
+from tactogram.nn.trunks import PerceptualLoss, Trunk
 from tactogram.nn.vision_import import torchvision
 from tactogram.recipe import Recipe
 
@@ -57,3 +57,39 @@ def test_weights_of_vgg_are_asked_for_by_a_training_alone(name, tmp_path):
 @both
 def test_a_training_without_vgg_says_that_it_has_no_perceptual_loss(name):
     assert "perceptual loss is omitted" in built(name).set_validation(())
+
+
+def test_absent_weights_are_one_line_that_says_where_they_go(tmp_path, monkeypatch):
+    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
+    try:
+        trunk = Trunk("densenet201")
+    except ImportError as error:
+        pytest.skip(str(error))
+    with pytest.raises(DataError, match="put densenet201-.*pth into") as error:
+        trunk.load()
+    assert "\n" not in str(error.value)
+    (tmp_path / "bad.pth").write_bytes(b"no weights")
+    with pytest.raises(DataError, match="not a readable file of weights"):
+        Trunk("densenet201", str(tmp_path / "bad.pth")).load()
+    with pytest.raises(DataError, match="no weights of DenseNet-201 there"):
+        Trunk("densenet201", str(tmp_path / "none.pth")).load()
+
+
+def test_weights_of_torchvisions_own_file_are_loaded_old_names_and_all(tmp_path):
+    try:
+        trunk = Trunk("densenet201")
+    except ImportError as error:
+        pytest.skip(str(error))
+    state = {f"features.{name}": value for name, value in trunk.network.state_dict().items()}
+    state = {
+        name.replace(".norm1.", ".norm.1.").replace(".conv2.", ".conv.2."): v for name, v in state.items()
+    }
+    assert any(".norm.1." in name for name in state)
+    changed = next(iter(state))
+    state[changed] = torch.full_like(state[changed], 0.5)
+    torch.save(
+        state | {"classifier.weight": torch.zeros(1), "classifier.bias": torch.zeros(1)}, tmp_path / "w.pth"
+    )
+    other = Trunk("densenet201", str(tmp_path / "w.pth"))
+    other.load()
+    assert bool((next(iter(other.network.state_dict().values())) == 0.5).all())

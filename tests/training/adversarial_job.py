@@ -1,4 +1,4 @@
-"""Training of a small GAN in double precision, for test_several_processes.py, which runs this."""
+"""Training of a small GAN in double precision, for test_averaging.py, which runs this."""
 
 import json
 import os

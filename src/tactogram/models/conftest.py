@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from functools import reduce
+from typing import Any
 
 import pytest
 import torch
+
+from tactogram import models
+from tactogram.recipe import Recipe
 
 
 @pytest.fixture
@@ -19,3 +24,15 @@ def double_precision(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setattr(torch.Tensor, "float", torch.Tensor.double)
     yield
     torch.set_default_dtype(before)
+
+
+@pytest.fixture
+def paper_values() -> Callable[[str, Iterable[str]], dict[str, Any]]:
+    """Return a function that reads the recipe ``paper`` of a model at dotted keys of its configuration."""
+
+    def read(name: str, keys: Iterable[str]) -> dict[str, Any]:
+        facts = models.find(name)
+        config = facts.config(Recipe.load(facts.recipe("paper")).config)
+        return {key: reduce(getattr, key.split("."), config) for key in keys}
+
+    return read

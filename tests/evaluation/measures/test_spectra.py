@@ -1,14 +1,20 @@
+"""Bands, thresholds, envelopes and their modulation."""
+
 import numpy as np
 import pytest
+from scipy.signal import hilbert
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures.spectra import (
     band_edges,
     band_sums,
+    envelopes,
     felt_edges,
     felt_floor_db,
     felt_weight,
+    modulation_power,
 )
+from tactogram.signal import Signal
 from tactogram.signal.perception import detection_threshold
 
 
@@ -55,3 +61,42 @@ def test_the_floor_is_near_the_threshold_or_the_range_below_the_strongest():
     assert felt_floor_db("m/s^2", np.array([20.0, 10.0])) == -20
     assert felt_floor_db("m/s^2", np.array([70.0]), np.array([80.0])) == 30
     assert felt_floor_db("1", np.array([30.0, 10.0])) == -20
+
+
+def modulated(depth, modulation=18.0, carrier=200.0, rate=2000.0, seconds=4.0):
+    t = np.arange(round(seconds * rate)) / rate
+    x = np.sin(2 * np.pi * carrier * t) * (1 + depth * np.sin(2 * np.pi * modulation * t))
+    return Signal(x, rate, "m/s^2")
+
+
+def test_the_envelope_of_a_sine_is_its_amplitude():
+    x = modulated(0.0).samples.astype(np.float64) * 3
+    envelope, rate = envelopes(x, 2000.0, 20, 1000, np.ones_like)
+    assert rate >= 2 * 980
+    ends = round(0.05 * rate)  # a mirrored sine turns round there
+    np.testing.assert_allclose(envelope[0, ends:-ends], 3.0, atol=0.05)
+
+
+def test_it_is_the_analytic_signals_magnitude():
+    x = modulated(0.6).samples.astype(np.float64)
+    envelope, rate = envelopes(x, 2000.0, 100, 300, np.ones_like)
+    time = np.arange(envelope.shape[1]) / rate
+    reference = np.interp(time, np.arange(x.shape[1]) / 2000.0, np.abs(hilbert(x[0])))
+    middle = slice(len(time) // 20, -len(time) // 20)  # the mirrored ends are not what hilbert makes of them
+    np.testing.assert_allclose(envelope[0, middle], reference[middle], atol=0.02)
+
+
+@pytest.mark.parametrize("depth", [0.05, 0.3, 0.9])
+@pytest.mark.parametrize("modulation", [3.0, 18.0, 50.0])
+def test_a_modulation_of_depth_m_has_half_its_square_as_power(depth, modulation):
+    x = modulated(depth, modulation).samples.astype(np.float64)
+    envelope, rate = envelopes(x, 2000.0, 20, 1000, np.ones_like)
+    edges = band_edges(1, 100, per_octave=1)
+    power = modulation_power(envelope, rate, 2.0, edges)[0]
+    band = np.searchsorted(edges, modulation) - 1
+    assert power.sum() == pytest.approx(depth**2 / 2, rel=0.02)
+    assert power.argmax() == band
+
+
+def test_a_silent_envelope_has_no_modulation():
+    assert (modulation_power(np.zeros((2, 500)), 250.0, 1.0, band_edges(1, 100, per_octave=1)) == 0).all()

@@ -1,10 +1,15 @@
+"""Words and figure of a series of mixes."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image as Pillow
 
-from tactogram.evaluation.mixing.ladder import MixSeries
+from tactogram.errors import ParameterError
+from tactogram.evaluation.mixing.ladder import MixSeries, mixing_figure
 from tactogram.evaluation.mixing.placement import positions
+from tactogram.evaluation.report import save_figure
 from tactogram.signal import Signal
 
 
@@ -40,3 +45,44 @@ def test_both_weights_are_named():
     assert made.caption(2) == "0.4 tile, 0.6 cork"
     assert replace(made, mode="add").caption(2) == "0.4 tile, 1 cork"
     assert made.start_weights.tolist() == [1, 0.8, 0.6, 0.4, 0.2, 0]
+
+
+def white(gain, seed, axes=3):
+    return Signal(gain * np.random.default_rng(seed).standard_normal((axes, 1000)), 1000, "m/s^2")
+
+
+def ladder(axes=3):
+    weights = np.linspace(0, 1, 3)
+    steps = [[white(1 + w, 10 * k + i, axes) for i in range(3)] for k, w in enumerate(weights)]
+    ends = ([white(gain, 90 * gain + i, axes) for i in range(3)] for gain in (1, 2))
+    return [step[0] for step in steps], positions(steps, *ends, weights=weights)
+
+
+@pytest.mark.parametrize("axes", [1, 3])
+def test_a_ladder_shows_its_weights_and_where_it_lies(axes, tmp_path):
+    steps, measured = ladder(axes)
+    figure = mixing_figure(steps, measured, start="cork", end="tile", start_weights=[1, 1, 1], title="t")
+    upper, lower = figure.subfigs
+    shown = [place for place in upper.axes if place.images]
+    assert len(shown) == 3 * axes
+    assert [place.get_title() for place in shown[:3]] == ["0", "0.5", "1"]
+    assert [place.get_xlabel() for place in shown[-3:]] == ["1", "1", "1"]
+    curves = lower.axes[0].get_lines()
+    assert any(np.array_equal(c.get_ydata(), measured.position[:, -1]) for c in curves)
+    with Pillow.open(save_figure(tmp_path / "ladder.png", figure)) as picture:
+        assert picture.width > 1000
+
+
+def test_an_axis_without_ends_is_left_out():
+    steps, measured = ladder()
+    nothing = np.full_like(measured.position, np.nan)
+    nothing[:, -1] = measured.position[:, -1]
+    object.__setattr__(measured, "position", nothing)
+    lower = mixing_figure(steps, measured, start="cork", end="tile").subfigs[1]
+    assert lower.axes[0].get_legend_handles_labels()[1] == ["all axes"]
+
+
+def test_steps_of_another_ladder_are_refused():
+    steps, measured = ladder()
+    with pytest.raises(ParameterError, match="steps must be 3 as in the ladder, got 2"):
+        mixing_figure(steps[:2], measured, start="a", end="b")

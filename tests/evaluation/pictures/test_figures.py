@@ -5,8 +5,6 @@ import pytest
 import torch
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.pictures import distances
-from tactogram.evaluation.pictures.distances import ImageQuality
 from tactogram.evaluation.pictures.figures import (
     GeneratorRow,
     PictureCase,
@@ -86,13 +84,6 @@ def test_bad_input_is_one_line():
         worst_cases([float("nan")], ["a"])
 
 
-class Distance:
-    """Stands in for a network: the difference of the means."""
-
-    def frechet(self, real, made):
-        return abs(float(made.mean() - real.mean()))
-
-
 def row(count=3):
     pixels = np.random.default_rng(0).integers(0, 256, (2, count, 8, 8, 3), np.uint8)
     losses = {name: [(n, 1.0 / n) for n in range(1, 50)] for name in ("generator", "discriminator")}
@@ -119,17 +110,3 @@ def test_the_trade_off_names_every_weight():
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert {"weight 1", "weight 1,000"} <= set(texts)
     assert "FID" in figure.axes[0].get_xlabel()
-
-
-def test_a_distance_that_cannot_be_had_is_said(tmp_path, monkeypatch):
-    monkeypatch.setattr(distances, "TrunkDistance", Distance)
-    monkeypatch.setattr(torch.hub, "get_dir", lambda: str(tmp_path))
-    quality = ImageQuality(torch.zeros(2, 3, 8, 8))
-    assert "fid" in quality.missing
-    assert "\n" not in quality.missing["fid"]
-    assert quality(torch.ones(3, 3, 8, 8)) == {"efficientnet_lite0_frechet_distance": 1.0}
-
-
-def test_one_real_image_is_too_few():
-    with pytest.raises(ParameterError, match="at least 2 real images"):
-        ImageQuality(torch.zeros(1, 3, 8, 8))

@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.figures import prediction_figure, word_map_figure
 from tactogram.evaluation.ratings.prediction import (
     PredictedRatings,
     distances_to_targets,
     one_rater_error,
     split_half_error,
 )
-from tactogram.statistics.figures import error_figure
 
 WORDS = ("rough", "sticky")
 
@@ -99,24 +97,3 @@ def test_distance_is_to_the_target_in_the_name():
     assert found["B/p2"] == ("p2", 0.0)
     with pytest.raises(ParameterError, match="A/p9: target must be one of p1, p2"):
         distances_to_targets({"A/p9": np.zeros(2)}, targets)
-
-
-def test_figures_show_every_word_condition_and_target():
-    found = predicted()
-    axes = prediction_figure(found, found.as_dict()).axes[0]
-    assert [label.get_text() for label in axes.get_yticklabels()] == list(WORDS)
-    bars = error_figure({"sensor": (1.3, 0.02), "A": (1.1, 0.02)}, marked=[("sensor", "A", "*")]).axes[0]
-    assert [patch.get_height() for patch in bars.patches] == [1.3, 1.1]
-    assert "*" in [text.get_text() for text in bars.texts]
-
-
-def test_word_map_keeps_distances_where_two_words_are_all_there_is():
-    kinds = {
-        "plates": {"p1": np.array([1.0, 2.0]), "p2": np.array([6.0, 3.0])},
-        "signals": {"s1": np.array([2.0, 7.0])},
-        "made": {"p1": np.array([4.0, 6.0])},
-    }
-    axes = word_map_figure(kinds, WORDS, targets={"made:p1": "plates:p1"}).axes[0]
-    [line] = [one for one in axes.lines if one.get_marker() == "None"]
-    assert np.hypot(*np.diff(line.get_xydata(), axis=0)[0]) == pytest.approx(5.0)
-    assert f"{np.sqrt(25 / 2):.1f}" in [text.get_text() for text in axes.texts]

@@ -1,12 +1,10 @@
 import numpy as np
 import pytest
 import torch
-from pydantic import ValidationError
 from torch import nn
 
 from tactogram.models.frictgan import Config
 from tactogram.models.frictgan.config import critic_size
-from tactogram.models.frictgan.journey import journey, spliced
 from tactogram.models.frictgan.networks import Critic, Generator, SamePaddedConv, match
 
 PAPER = Config()
@@ -82,33 +80,3 @@ def test_output_is_never_negative():
     made = Generator(small)(torch.randn(3, 3, 32, 32), torch.randn(3, 50))
     assert made.shape == (3, 1, 33, 9)
     assert float(made.detach().min()) >= 0
-
-
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"pixels": 1000}, "multiple of the product of strides"),
-        ({"latent": 0}, "noise joins the latent vector"),
-        ({"n_fft": 32, "hop": 8}, "n_fft must be at least 64"),
-        ({"pixels": 256, "strides": (2, 2, 2, 2, 2, 2, 2)}, "cannot be cropped"),
-        ({"channels": (8, 8)}, "equally many"),
-        ({"shares": (0.5, 0.2, 0.1)}, "add up to 1"),
-    ],
-)
-def test_what_does_not_fit_together_is_refused(values, message):
-    with pytest.raises((ValidationError, ValueError), match=message):
-        Config(**values)
-
-
-def test_a_finger_turns_round_at_the_edges():
-    assert journey(100, 40, 0.5, 8) == [
-        (0, False), (20, False), (40, False), (60, False), (40, True), (20, True), (0, False), (20, False),
-    ]  # fmt: skip
-    assert journey(40, 40, 0.5, 3) == [(0, False)] * 3
-
-
-def test_splicing_keeps_what_all_windows_agree_on():
-    whole = torch.rand(1, 5, 3 * 4 + 9)
-    windows = torch.stack([whole[..., 4 * k : 4 * k + 9] for k in range(4)])
-    torch.testing.assert_close(spliced(windows, 4), whole)
-    assert spliced(windows[:1], 4).shape == (1, 5, 9)

@@ -1,17 +1,17 @@
-"""Labels, weights, noise, and what a collapsed generator is called."""
+"""Layers of Tables 2 and 3, labels, weights, noise, and what a collapsed generator is called."""
 
 import numpy as np
 import pytest
 import torch
+from torch import nn
 
 from tactogram.errors import ParameterError
 from tactogram.model import ImageExample, ImageKind, ItemRatings
 from tactogram.models.tactile_image_cgan.config import Config
-from tactogram.models.tactile_image_cgan.learner import TactileImageLearner
+from tactogram.models.tactile_image_cgan.learner import Discriminator, Generator, TactileImageLearner
 from tactogram.nn.initial_weights import normal_
 from tactogram.recipe import Recipe
 from tactogram.signal import Image
-from tactogram.training.labelled_images import LabelledImages, as_floats, as_pixels, square
 from tactogram.training.loop import fit
 
 WORDS = ("rough", "sleek")
@@ -34,36 +34,6 @@ def examples(count=6, side=20):
 def learner(config=TINY, given=None):
     items = tuple(sorted(e.item for e in given or examples()))
     return TactileImageLearner(config, ImageKind(WORDS, (0.0, 1.0), items, simulated=True), seed=0)
-
-
-def test_a_label_is_the_share_of_raters_for_whom_a_word_was_evoked():
-    rated = ItemRatings(WORDS, ("a", "b", "c"), np.array([[1, 0], [1, np.nan], [0, 0]]))
-    one = ImageExample("p", (Image(np.zeros((16, 16, 3), np.uint8)),), "image", rated)
-    images = LabelledImages.of([one, one], WORDS, 16)
-    np.testing.assert_allclose(images.labels[0], [2 / 3, 0])
-
-
-def test_pixels_go_to_tanh_and_back():
-    pixels = np.arange(256, dtype=np.uint8)
-    assert (as_floats(pixels).min(), as_floats(pixels).max()) == (-1, 1)
-    np.testing.assert_array_equal(as_pixels(as_floats(pixels)), pixels)
-
-
-def test_the_middle_square_of_a_photograph_is_taken():
-    pixels = np.zeros((64, 96, 3), np.uint8)
-    pixels[:, 16:80] = 200
-    assert (square(Image(pixels), 64) == 200).all()
-    assert square(Image(pixels), 16).shape == (3, 16, 16)
-
-
-def test_each_image_comes_as_often_as_any_other():
-    given = examples()
-    images = LabelledImages.of(given, WORDS, 16)
-    labels = np.concatenate([images.batch(n, 4, seed=1)[1] for n in range(3)])
-    assert len(labels) == 2 * len(given)
-    pixels = np.concatenate([images.batch(n, 4, seed=1)[0] for n in range(3)])
-    _, counts = np.unique(pixels.reshape(12, -1), axis=0, return_counts=True)
-    assert (counts == 2).all()
 
 
 def test_an_image_nobody_scored_in_a_word_is_refused_by_name():
@@ -128,3 +98,127 @@ def test_the_four_weights_are_recipes():
         assert facts.config(Recipe.load(facts.recipe(f"weight-{weight}")).config).image_weight == weight
     assert facts.config(Recipe.load(facts.recipe("paper")).config) == facts.config()
     assert facts.config(Recipe.load(facts.recipe("weight-5000")).config) == facts.config()
+
+
+SCORES = 10
+GENERATOR = [
+    ("ConvTranspose2d", (4, 4), (1, 1), (0, 0), (512, 4, 4), 110 * 512 * 16 + 512),
+    ("BatchNorm2d", None, None, None, (512, 4, 4), 1024),
+    ("LeakyReLU", None, None, None, (512, 4, 4), 0),
+    ("ConvTranspose2d", (4, 4), (2, 2), (1, 1), (256, 8, 8), 2_097_408),
+    ("BatchNorm2d", None, None, None, (256, 8, 8), 512),
+    ("LeakyReLU", None, None, None, (256, 8, 8), 0),
+    ("ConvTranspose2d", (4, 4), (2, 2), (1, 1), (128, 16, 16), 524_416),
+    ("BatchNorm2d", None, None, None, (128, 16, 16), 256),
+    ("LeakyReLU", None, None, None, (128, 16, 16), 0),
+    ("ConvTranspose2d", (4, 4), (2, 2), (1, 1), (64, 32, 32), 131_136),
+    ("BatchNorm2d", None, None, None, (64, 32, 32), 128),
+    ("LeakyReLU", None, None, None, (64, 32, 32), 0),
+    ("ConvTranspose2d", (4, 4), (2, 2), (1, 1), (3, 64, 64), 3_075),
+    ("Tanh", None, None, None, (3, 64, 64), 0),
+]
+"""Table 2, and the parameters that it comes to with biases."""
+DISCRIMINATOR = [
+    ("Conv2d", (4, 4), (2, 2), (1, 1), (64, 32, 32), 13 * 64 * 16 + 64),
+    ("LeakyReLU", None, None, None, (64, 32, 32), 0),
+    ("Conv2d", (4, 4), (2, 2), (1, 1), (128, 16, 16), 131_200),
+    ("BatchNorm2d", None, None, None, (128, 16, 16), 256),
+    ("LeakyReLU", None, None, None, (128, 16, 16), 0),
+    ("Conv2d", (4, 4), (2, 2), (1, 1), (256, 8, 8), 524_544),
+    ("BatchNorm2d", None, None, None, (256, 8, 8), 512),
+    ("LeakyReLU", None, None, None, (256, 8, 8), 0),
+    ("Conv2d", (4, 4), (2, 2), (1, 1), (512, 4, 4), 2_097_664),
+    ("BatchNorm2d", None, None, None, (512, 4, 4), 1024),
+    ("LeakyReLU", None, None, None, (512, 4, 4), 0),
+    ("Conv2d", (4, 4), (1, 1), (0, 0), (1, 1, 1), 8_193),
+]
+"""Table 3; the sigmoid is in the loss."""
+
+
+def layers_of(network, given):
+    found, x = [], given
+    for layer in network.layers:
+        x = layer(x)
+        kernel = (
+            (layer.kernel_size, layer.stride, layer.padding) if hasattr(layer, "kernel_size") else (None,) * 3
+        )
+        found.append((type(layer).__name__, *kernel, tuple(x.shape[1:]), count(layer)))
+    return found
+
+
+def count(network):
+    return sum(p.numel() for p in network.parameters())
+
+
+def test_every_layer_is_that_of_tables_2_and_3():
+    with torch.device("meta"):
+        generator, discriminator = Generator(Config(), SCORES), Discriminator(Config(), SCORES)
+        assert layers_of(generator, torch.empty(2, 110, 1, 1)) == GENERATOR
+        assert layers_of(discriminator, torch.empty(2, 13, 64, 64)) == DISCRIMINATOR
+        assert count(generator) == 3_659_587
+        assert count(discriminator) == 2_776_769
+        assert count(Generator(Config(biases=False), SCORES)) == 3_659_587 - 963
+        images = generator(torch.empty(2, 100), torch.empty(2, SCORES))
+        assert images.shape == (2, 3, 64, 64)
+        assert discriminator(images, torch.empty(2, SCORES))[0].shape == (2,)
+
+
+def test_leaks_and_initial_weights_are_as_stated():
+    torch.manual_seed(0)
+    network = Discriminator(Config(widths=(64, 32)), SCORES)
+    leaks = {layer.negative_slope for layer in network.layers if isinstance(layer, nn.LeakyReLU)}
+    assert leaks == {0.2}
+    assert abs(network.layers[0].weight.std().item() - 0.02) < 0.001
+
+
+def test_scores_are_planes_and_only_images_are_weighted():
+    """The discriminator's first layer sees weight times image, then each score over all pixels."""
+    network = Discriminator(Config(widths=(4, 4), image_weight=1000), 3)
+    seen = []
+    network.layers[0].register_forward_pre_hook(lambda layer, given: seen.append(given[0]))
+    images, scores = torch.rand(2, 3, 16, 16) * 2 - 1, torch.tensor([[0.0, 0.5, 1.0], [1.0, 0.2, 0.0]])
+    network(images, scores)
+    torch.testing.assert_close(seen[0][:, :3], 1000 * images)
+    torch.testing.assert_close(seen[0][:, 3:], scores[:, :, None, None].expand(2, 3, 16, 16))
+
+
+SMALL = {"widths": (6, 4), "image_weight": 1.0, "gain": 0.5}
+
+
+def verdicts(config, images, scores):
+    torch.manual_seed(0)
+    return Discriminator(config, 3).eval()(images, scores)
+
+
+def test_a_projection_meets_the_scores_in_an_inner_product():
+    """Miyato & Koyama 2018, Eq. 3: the logit is linear in the label, by the image's features."""
+    config = Config(**SMALL, label_input="projection")
+    torch.manual_seed(0)
+    network = Discriminator(config, 3).eval()
+    images = torch.rand(2, 3, 16, 16)
+    none, one, two, mixed = (
+        network(images, torch.tensor([scores] * 2))[0]
+        for scores in ((0.0, 0, 0), (1.0, 0, 0), (0, 1.0, 0), (0.25, 0.5, 0))
+    )
+    torch.testing.assert_close(mixed - none, 0.25 * (one - none) + 0.5 * (two - none))
+    features = network.layers[:-1](images).mean((2, 3))
+    torch.testing.assert_close(one - none, features @ network.projection.embedding.weight[:, 0])
+
+
+def test_a_normalised_branch_makes_the_units_of_images_and_scores_irrelevant():
+    images, scores = torch.rand(2, 3, 16, 16) * 2 - 1, torch.rand(2, 3)
+    config = Config(**SMALL, label_input="normalised")
+    plain, _ = verdicts(config, images, scores)
+    weighted, _ = verdicts(config.model_copy(update={"image_weight": 1000.0}), images, scores)
+    torch.testing.assert_close(weighted, plain, rtol=1e-3, atol=1e-4)
+    assert (verdicts(config, images, scores.flip(1))[0] - plain).abs().min() > 1e-3
+
+
+@pytest.mark.parametrize("label_input", ["projection", "none"])
+def test_scores_are_predicted_from_the_image_alone(label_input):
+    config = Config(**SMALL, label_input=label_input, regression_weight=1.0)
+    images = torch.rand(2, 3, 16, 16)
+    one, other = (verdicts(config, images, scores)[1] for scores in (torch.zeros(2, 3), torch.ones(2, 3)))
+    torch.testing.assert_close(one, other)
+    assert one.shape == (2, 3)
+    assert not torch.equal(one, verdicts(config, -images, torch.zeros(2, 3))[1])

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 from scipy.signal import butter, sosfilt
 
 from tactogram.model import Example, ItemRatings
-from tactogram.models.texture_flow import Config
 from tactogram.models.texture_flow.modulation import Modulation, modulated
 from tactogram.signal import Signal
 
@@ -76,8 +74,3 @@ def test_a_share_of_the_surfaces_is_modulated_with_all_their_strokes_and_no_word
     for one, other in zip(found, modulated(examples, 0.5, seed=0), strict=True):
         np.testing.assert_array_equal(one.signal.samples, other.signal.samples)
     assert modulated(examples, 0.0, seed=0) == examples
-
-
-def test_modulated_surfaces_need_a_prediction():
-    with pytest.raises(ValidationError, match="modulated needs prediction"):
-        Config(modulated=0.5)

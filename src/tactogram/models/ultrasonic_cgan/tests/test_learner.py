@@ -162,35 +162,6 @@ def test_a_failed_training_is_said_and_generates_nothing(tiny, kind, data):
     assert set(learner.figures()) == {"clusters", "selection", "spectra"}
 
 
-def test_figure_6_has_the_spectrum_that_goes_in_and_the_one_that_comes_out(learner):
-    surfaces, one = learner.surfaces, learner.trained[0]
-    left, right = learner.figures()["spectra"].axes[:2]
-    drawn = {line.get_label(): line.get_ydata() for axes in (left, right) for line in axes.lines}
-    np.testing.assert_array_equal(drawn["input"], surfaces.stored[0, 0])
-    np.testing.assert_allclose(drawn["mean of plate01"], surfaces.stored[0].mean(0))
-    made, _ = one.answers(surfaces.stored[0, :1] / surfaces.sensor_scale, surfaces.means[0])
-    np.testing.assert_allclose(drawn["output"], made[0].clip(0) * surfaces.display_scale)
-    [nearest] = [label for label in drawn if label.startswith("nearest: signal")]
-    assert any(np.array_equal(drawn[nearest], row) for row in surfaces.display)
-
-
-def test_a_copy_of_a_display_signal_and_a_collapse_show_in_the_figures(data, trained):
-    learner = trained()
-    figures = learner.validate(data((7,)))
-    assert figures["failed_clusters"] == 0
-    assert {"told_apart_unseen", "between_surfaces", "to_nearest_display", "clamped_bins"} <= set(figures)
-    generator = learner.trained[0].generator
-    for layer in generator.layers:
-        if hasattr(layer, "weight"):
-            layer.weight.data.zero_()
-    generator.layers[-2].bias.data.zero_()
-    generator.layers[-2].bias.data[4] = 0.5 / learner.surfaces.display_scale  # the display's 5 Hz, as it is
-    learner.trained[1] = learner.trained[0]
-    figures = learner.validate(data((7,)))
-    assert figures["between_surfaces"] == pytest.approx(0, abs=1e-6)
-    assert figures["to_nearest_display"] == pytest.approx(0, abs=1e-3)
-
-
 def test_data_without_display_signals_or_with_unrated_surfaces_is_refused(tiny, kind, data):
     with pytest.raises(ParameterError, match="needs rated display signals"):
         build(tiny, kind, seed=0).stages(data()[:6])
