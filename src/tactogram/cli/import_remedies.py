@@ -6,7 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from tactogram.cli.verbs import Verb, flags_of, with_options
+from tactogram.cli.functions import FunctionVerb, flags_of
+from tactogram.cli.verbs import with_options
 from tactogram.datasets.reading import in_one_line
 
 _MAPPING = "`--preview --save-mapping mapping.toml`"
@@ -41,14 +42,14 @@ REMEDIES = (
 """What readers advise, and what can be typed instead."""
 
 
-def in_words_of_the_command(reason: str, verb: Verb) -> str:
+def in_words_of_the_command(reason: str, verb: FunctionVerb) -> str:
     """Return why something cannot be imported, with a remedy that can be typed."""
     for pattern, remedy in REMEDIES:
         reason = re.sub(pattern, remedy, reason)
     return with_options(reason, flags_of(verb))
 
 
-def said_of_files(report: Mapping[str, Any], verb: Verb) -> list[str]:
+def said_of_files(report: Mapping[str, Any], verb: FunctionVerb) -> list[str]:
     """Return a line for each kind of what is skipped, noted and asked in the report of an import or preview."""
     lines = [f"skipped: {in_one_line(kind)}" for kind in report["problems"]]
     lines += [f"note: {in_one_line(kind)}" for kind in report["notes"]]

@@ -1,11 +1,12 @@
 from .data.convert import (
-    SIGNAL_FORMATS as SIGNAL_FORMATS,
-    check as check,
     convert as convert,
     list_formats as list_formats,
 )
 from .data.simulate import (
     simulate_to_store as simulate_to_store,
+)
+from .data.sources import (
+    SIGNAL_FORMATS as SIGNAL_FORMATS,
 )
 from .data.stores import (
     add_signal as add_signal,
