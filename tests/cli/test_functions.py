@@ -196,6 +196,6 @@ def test_pairs_several_files_second_spellings_and_further_arguments(capsys):
         lambda result: seen.update(result) or "",
         within=lambda: nullcontext({"tell": told.append}),
     )
-    assert run("again", verb, "a b --band -1 2.5 --to csv".split()) == 0
+    assert run("again", verb, ["a", "b", "--band", "-1", "2.5", "--to", "csv"]) == 0
     assert seen == {"source": ["a", "b"], "band": (-1.0, 2.5), "format": "csv"}
     assert told == ["done"]

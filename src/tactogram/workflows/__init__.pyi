@@ -113,10 +113,8 @@ from .results_table import (
 )
 from .streaming.session import (
     Backend as Backend,
-    run as run,
-)
-from .streaming.stream import (
     rehearsal as rehearsal,
+    run as run,
 )
 from .streaming.textures import (
     TextureSettings as TextureSettings,

@@ -105,7 +105,7 @@ class SendService:
 
         def make(folder: Path) -> dict[str, Any]:
             rendered = render(
-                selected.file, out=folder / "drive.npz", report_figure=True, **self._render_options(request)
+                selected.file, out=folder / "drive.npz", figure=True, **self._render_options(request)
             )
             return {"report": rendered["report"], "text": rendered["text"]}
 
