@@ -104,6 +104,14 @@ def test_notes_name_options_instead_of_parameters(capsys):
     assert capsys.readouterr().err == "note: say `--rate 5`, or `--set unit=g`\n"
 
 
+def test_a_verb_may_advise_something_else_than_an_argument(capsys):
+    verb = VERB._replace(
+        notes=lambda result: ["`rate=5` or `axes=x`, not `rate`"], advice={"rate=": "a file"}
+    )
+    assert run("mix", verb, ["a.wav"]) == 0
+    assert capsys.readouterr().err == "note: a file or `--axes x`, not --rate\n"
+
+
 def test_the_text_is_printed_and_notes_go_to_stderr(capsys):
     assert run("mix", VERB, ["a.wav"]) == 0
     assert capsys.readouterr() == ("count 3\n", "note: noted\n")

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
+from tactogram.cli.functions import FunctionVerb, flags_of
 from tactogram.cli.printing import columns, lines_of, ratings_text, shortened
 
 WORKFLOWS = "tactogram.workflows.data"
@@ -17,22 +15,28 @@ def _list_text(facts: dict[str, Any]) -> str:
     return f"import:\n{columns(rows)}\nsimulate:\n{columns(list(facts['simulate'].items()))}"
 
 
-@contextmanager
-def _in_words_of_the_command() -> Iterator[Mapping[str, Any]]:
-    from tactogram.cli.import_remedies import in_words_of_the_command
-    from tactogram.errors import DataError
-
-    try:
-        yield {}
-    except DataError as error:
-        raise DataError(in_words_of_the_command(str(error), VERBS["data import"])) from error
+_IN_MAPPING = "in the mapping that `--preview --save-mapping mapping.toml` writes"
+ADVICE = {
+    "`axes=NAME,NAME`": _IN_MAPPING,
+    "`mapping=FILE.toml`": _IN_MAPPING,
+    "time=": _IN_MAPPING,
+    "sheet=": "by saving that one as a file of its own",
+    "`rate`": "--set rate=…, or state it in recordings.csv for the files that lack it",
+    "`unit`": "--set unit=…, or state it in recordings.csv for the files that lack it",
+}
+"""Advice of an import, which reads many files, instead of the arguments by which one is read."""
 
 
 def _import_text(report: dict[str, Any]) -> str:
     from tactogram.cli.import_preview import preview_text, several_rates
-    from tactogram.cli.import_remedies import said_of_files
+    from tactogram.cli.verbs import with_options
+    from tactogram.datasets.reading import in_one_line
 
-    said = said_of_files(report, VERBS["data import"])
+    lines = [f"skipped: {in_one_line(kind)}" for kind in report["problems"]]
+    lines += [f"note: {in_one_line(kind)}" for kind in report["notes"]]
+    lines += [f"to answer: {report['question']}"] if report.get("question") else []
+    flags = flags_of(VERBS["data import"])
+    said = [with_options(line, flags) for line in lines]
     if "layouts" in report:
         return preview_text(report, said)
     listed = ("skipped", "problems", "notes", "duplicates", "several_rates_hz")
@@ -70,7 +74,7 @@ VERBS = {
         f"{WORKFLOWS}.stores:import_store",
         _import_text,
         status=_import_status,
-        within=_in_words_of_the_command,
+        advice=ADVICE,
     ),
     "data simulate": FunctionVerb(f"{WORKFLOWS}.simulate:simulate_to_store", lines_of),
     "data export": FunctionVerb(f"{WORKFLOWS}.stores:export_store", lines_of),

@@ -70,6 +70,8 @@ class FunctionVerb(NamedTuple):
     """Exit status of a result."""
     listing: tuple[str, Callable[[Printer], None]] | None = None
     """Help and function of ``--list``, which needs no other option."""
+    advice: Mapping[str, str] = MappingProxyType({})
+    """Advice instead of a remedy, by its text, or of any value of an argument (``rate=``)."""
     within: Callable[[], AbstractContextManager[Mapping[str, Any]]] = partial(
         nullcontext, MappingProxyType({})
     )
@@ -151,10 +153,11 @@ def _spellings(name: str) -> list[str]:
 
 
 def flags_of(verb: FunctionVerb) -> dict[str, str]:
-    """Return how the command line calls each parameter of a verb."""
+    """Return how the command line calls each parameter of a verb, and its advice."""
     from tactogram.parameters import parameters
 
-    return {one.name: one.name if _by_place(one) else spelt(one.name) for one in parameters(verb.load())}
+    flags = {one.name: one.name if _by_place(one) else spelt(one.name) for one in parameters(verb.load())}
+    return flags | dict(verb.advice)
 
 
 def options_of(
