@@ -2,7 +2,16 @@
 
 import re
 
-from tactogram.errors import MOST_VALUE, DataError, ParameterError, one_line, shown
+from tactogram.errors import (
+    MOST_VALUE,
+    DataError,
+    ParameterError,
+    Remedy,
+    one_line,
+    remedies_in,
+    shown,
+    with_remedies,
+)
 
 
 def test_a_long_value_in_any_message_loses_its_middle():
@@ -37,3 +46,18 @@ def test_a_foreign_error_is_one_line():
 
 def test_a_file_name_that_is_not_utf_8_is_printable():
     assert str(DataError("caf\udce9.wav: not a WAV file")) == r"caf\udce9.wav: not a WAV file"
+
+
+def test_a_remedy_is_found_again_in_a_message():
+    error = DataError(f"no rate in the file; give {Remedy('rate', 1000)}, and omit {Remedy('time')}")
+    assert str(error) == "no rate in the file; give `rate=1000`, and omit `time`"
+    assert remedies_in(str(error)) == (("rate", "1000"), ("time", None))
+
+
+def test_each_face_says_a_remedy_in_its_own_words():
+    said = with_remedies("give `rate=1000`, omit `time`", lambda remedy: f"<{remedy.parameter}>")
+    assert said == "give <rate>, omit <time>"
+
+
+def test_what_is_in_other_backquotes_is_no_remedy():
+    assert remedies_in("see `tactogram data copy` and `config.steps=3`") == ()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import reprlib
+from collections.abc import Callable
+from typing import NamedTuple
 
 MOST_VALUE = 80
 """Characters of a value that a message repeats at most."""
@@ -31,6 +33,37 @@ class TactogramError(Exception):
         """Return the message as one printable line, with long values shortened."""
         message = re.sub(r"\s*[\n\r]\s*", " ", super().__str__())
         return printable(shortened(_LONG_VALUE.sub(lambda value: shortened(value[0]), message), MOST_MESSAGE))
+
+
+class Remedy(NamedTuple):
+    """An argument that a message names: to give it ``value``, or of None to mind it or omit it.
+
+    Its text is part of messages, errors and notes alike, and survives in reports and stores. Python shows it as it is;
+    another face of the package renders it in its own words (`with_remedies`).
+
+    >>> f"no rate in the file; give it, {Remedy('rate', 1000)}"
+    'no rate in the file; give it, `rate=1000`'
+    """
+
+    parameter: str
+    value: object = None
+
+    def __str__(self) -> str:
+        """Return the remedy as `REMEDY` finds it in a message."""
+        return f"`{self.parameter}`" if self.value is None else f"`{self.parameter}={self.value}`"
+
+
+REMEDY = re.compile(r"`(\w+)(?:=([^`]+))?`")
+
+
+def remedies_in(message: str) -> tuple[Remedy, ...]:
+    """Return the remedies that a message names, in their order."""
+    return tuple(Remedy(*found.groups()) for found in REMEDY.finditer(message))
+
+
+def with_remedies(message: str, render: Callable[[Remedy], str]) -> str:
+    """Return a message with its remedies in the words of ``render``."""
+    return REMEDY.sub(lambda found: render(Remedy(*found.groups())), message)
 
 
 class ParameterError(TactogramError, ValueError):

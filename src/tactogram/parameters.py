@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, wraps
+from pydoc import locate
 from typing import Annotated, Any, ParamSpec, TypeVar
 
 from annotated_types import Ge, Gt, Le
@@ -88,7 +89,9 @@ def parameters(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     known = vars(sys.modules[function.__module__])
     for name, text in texts.items():
         if text.startswith("As of `"):
-            texts[name] = next(one.text for one in parameters(known[text.split("`")[1]]) if one.name == name)
+            named = text.split("`")[1]
+            other = known.get(named) or locate(named)
+            texts[name] = next(one.text for one in parameters(other) if one.name == name)
     return tuple(
         Parameter(
             name,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -46,15 +47,30 @@ def mixed(
 
 
 @checked
-def again(source: Path | str, *, rate: Positive | None = None):
+def again(
+    source: Path | str | Sequence[Path | str],
+    *,
+    rate: Positive | None = None,
+    band: tuple[float, float] | None = None,
+    format: str | None = None,
+    unit: str | None = None,
+    tell: Callable[[str], None] = print,
+):
     """Do it again.
 
     Parameters
     ----------
     source, rate
         As of `mixed`.
+    band : tuple of float, optional
+        Hz.
+    format : str, optional
+        Of the file.
+    unit
+        As of `tactogram.convert`.
     """
-    return {"source": source, "rate": rate}
+    tell("done")
+    return {"source": list(source), "band": band, "format": format}
 
 
 VERB = FunctionVerb(f"{__name__}:mixed", lambda result: f"count {result['count']}", lambda result: ["noted"])
@@ -67,18 +83,33 @@ def test_parameters_are_those_of_signature_and_docstring():
     assert known["source"].positional
     assert not known["rate"].positional
     assert summary(mixed) == "Mix what is given."
-    assert [one.text for one in parameters(again)] == ["A file.", "Sampling rate, Hz."]
+    assert [one.text for one in parameters(again)][:2] == ["A file.", "Sampling rate, Hz."]
+    assert parameters(again)[-1].text.startswith("Unit of the samples")
 
 
 def test_options_reach_the_function_as_its_types():
-    line = "a.wav b c --rate 5 --axes x,y --mix cork=0.6,tile=0.4 --set a.b=[1] --set c=true --no-sound"
+    line = "s3://a.wav b c --rate 5 --axes x,y --mix cork=0.6,tile=0.4 --set a.b=[1] --set c=true --no-sound"
     seen = {}
     verb = FunctionVerb(VERB.function, lambda result: seen.update(result) or "")
     assert run("mix", verb, line.split()) == 0
-    assert seen["source"] == Path("a.wav")
+    assert seen["source"] == "s3://a.wav"
     assert list(seen["files"]) == ["b", "c"]
     assert (seen["rate"], seen["axes"], seen["mix"]) == (5.0, ("x", "y"), {"cork": 0.6, "tile": 0.4})
     assert (seen["changes"], seen["sound"], seen["share"]) == ({"a.b": [1], "c": True}, False, 0.5)
+
+
+def test_notes_name_options_instead_of_parameters(capsys):
+    verb = VERB._replace(notes=lambda result: ["say `rate=5`, or `unit=g`"])
+    assert run("mix", verb, ["a.wav"]) == 0
+    assert capsys.readouterr().err == "note: say `--rate 5`, or `--set unit=g`\n"
+
+
+def test_a_verb_may_advise_something_else_than_an_argument(capsys):
+    verb = VERB._replace(
+        notes=lambda result: ["`rate=5` or `axes=x`, not `rate`"], advice={"rate=": "a file"}
+    )
+    assert run("mix", verb, ["a.wav"]) == 0
+    assert capsys.readouterr().err == "note: a file or `--axes x`, not --rate\n"
 
 
 def test_the_text_is_printed_and_notes_go_to_stderr(capsys):
@@ -137,7 +168,7 @@ def test_options_are_spelt_like_parameters_but_for_some():
     assert (flags["source"], flags["rate"], flags["changes"]) == ("source", "--rate", "--set")
 
 
-def shown(out: Path | str = "", *, show):
+def shown(out: Path | str, *, show):
     """Print while running.
 
     Parameters
@@ -148,9 +179,12 @@ def shown(out: Path | str = "", *, show):
     show({"out": str(out)}, f"wrote {out}")
 
 
-def test_a_function_may_print_by_itself(capsys):
-    assert run("shown", FunctionVerb(f"{__name__}:shown", str), ["a.wav"]) == 0
-    assert capsys.readouterr().out == "wrote a.wav\n"
+def test_a_function_may_print_by_itself_and_its_out_is_an_option(tmp_path, capsys):
+    verb = FunctionVerb(f"{__name__}:shown", str)
+    assert run("shown", verb, ["--out", str(tmp_path / "a.wav")]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'a.wav'}\n"
+    assert run("shown", verb, ["a.wav"]) == 2
+    assert flags_of(verb) == {"out": "--out"}
 
 
 def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
@@ -160,3 +194,16 @@ def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
     assert run("mix", verb, ["--list"]) == 0
     assert capsys.readouterr().out == "all\n"
     assert run("mix", verb, ["a.wav", "--count", "4"]) == 4
+
+
+def test_pairs_several_files_second_spellings_and_further_arguments(capsys):
+    seen = {}
+    told = []
+    verb = FunctionVerb(
+        f"{__name__}:again",
+        lambda result: seen.update(result) or "",
+        within=lambda: nullcontext({"tell": told.append}),
+    )
+    assert run("again", verb, ["a", "b", "--band", "-1", "2.5", "--to", "csv"]) == 0
+    assert seen == {"source": ["a", "b"], "band": (-1.0, 2.5), "format": "csv"}
+    assert told == ["done"]

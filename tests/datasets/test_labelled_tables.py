@@ -165,7 +165,7 @@ def test_a_folders_picture_is_of_its_own_material_alone(tmp_path):
 @pytest.mark.parametrize(
     ("runs", "says"),
     [
-        ([("", 90)], "column 'surface' has no label in any row; fill it in, or omit it from the mapping"),
+        ([("", 90)], "column 'surface' has no label in any row; fill it in, or omit it, `mapping=FILE.toml`"),
         ([("a", 9), ("b", 9)] * 9, "column 'surface': none of its 2 labels holds for 32 rows in succession"),
     ],
 )

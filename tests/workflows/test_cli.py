@@ -199,7 +199,7 @@ def test_doctor_tells_which_weights_are_missing_and_where_they_are_from(tmp_path
 @pytest.mark.parametrize("compiled", [True, False])
 def test_doctor_tells_whether_torchvision_has_its_compiled_operators(compiled, monkeypatch):
     extension = SimpleNamespace(_has_ops=lambda: compiled)
-    monkeypatch.setattr(doctor, "vision_module", lambda name: extension)
+    monkeypatch.setattr("tactogram.nn.vision_import.vision_module", lambda name: extension)
     monkeypatch.setattr(doctor, "find_spec", lambda name: name == "torchvision" or None)
     said = [problem for problem in doctor.doctor()["problems"] if "torchvision" in problem]
     assert [("tactogram does without them" in problem) for problem in said] == [True] * (not compiled)

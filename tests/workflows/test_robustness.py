@@ -211,7 +211,7 @@ def test_what_is_added_stays_simulated(texture, tmp_path):
     assert not open_store(tmp_path / "store").simulated
     with pytest.raises(ParameterError, match="speed_mm_s must be a finite number"):
         add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam", speed_mm_s=np.nan)
-    with pytest.raises(ParameterError, match="force_n must be at least 0, got -3"):
+    with pytest.raises(ParameterError, match="force_n must be greater than or equal to 0, got -3"):
         add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam", force_n=-3.0)
     added = add_signal(tmp_path / "store", tmp_path / "made.wav", material="foam")
     bigger = open_store(tmp_path / "store")
@@ -252,7 +252,7 @@ def few_surfaces(monkeypatch):
 @pytest.mark.usefixtures("few_surfaces")
 def test_a_simulated_store_says_the_command_that_makes_it(tmp_path):
     options = {"seed": 3, "per_class": 1, "seconds": 0.5, "rate": 500.0}
-    with pytest.raises(ParameterError, match="workers must be at least 1"):
+    with pytest.raises(ParameterError, match="workers must be greater than or equal to 1"):
         simulate_to_store("stroking9", tmp_path / "store", workers=-1, **options)
     assert not (tmp_path / "store").exists()
     simulate_to_store("stroking9", tmp_path / "store", workers=1, **options)

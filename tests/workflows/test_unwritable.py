@@ -9,7 +9,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.cli.parser import make_parser
 from tactogram.errors import ParameterError
-from tactogram.workflows.data.convert import convert_folder
+from tactogram.workflows.data.convert import convert
 from tactogram.workflows.evaluation import crossval, mixing_ladder as mixing
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training import loaded_run, train as training
@@ -91,4 +91,4 @@ def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_writte
         evaluate(unwritable)
     (tmp_path / "a.csv").write_text("x\n1\n2\n")
     with pytest.raises(ParameterError, match="cannot be written"):
-        convert_folder(tmp_path, NOWHERE, format="wav", rate=100.0)
+        convert(tmp_path, NOWHERE, format="wav", rate=100.0)

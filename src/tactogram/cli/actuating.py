@@ -1,31 +1,20 @@
 """Verbs that calibrate, track and drive actuators."""
 
+from __future__ import annotations
+
 import sys
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
 
-from tactogram.cli.printing import Printer, columns, lines_of
+from tactogram.cli.functions import FunctionVerb
+from tactogram.cli.printing import columns, lines_of
 from tactogram.cli.stopping import interrupt_on_sigterm
-from tactogram.cli.verbs import Verb
-from tactogram.workflows.rendering.requests import CalibrationRequest, PlayRequest, TrackRequest
-from tactogram.workflows.request import Argument, Request
+
+ACTUATORS = "tactogram.workflows.rendering.actuators"
 
 
-@dataclass(frozen=True)
-class _TransducerRequest(Request):
-    sweep: Annotated[
-        str,
-        Argument(
-            "columns frequency_hz, conductance_s, susceptance_s; or a log of `track`, whose sweep is read",
-            "SWEEP.csv",
-        ),
-    ]
-
-
-def _calibrate(request: CalibrationRequest, show: Printer) -> None:
-    from tactogram.workflows.rendering.actuators import calibrate
-
-    result = calibrate(**vars(request))
+def _calibrate_text(result: dict[str, Any]) -> str:
     rows = [("person", "k_e, N/V^2", "interval", "mu_0", "exponent", "square law", "pairs")]
     for name, fit in result["people"].items():
         low, high = fit["newton_per_v2_interval"]
@@ -42,24 +31,22 @@ def _calibrate(request: CalibrationRequest, show: Printer) -> None:
                 str(fit["pairs"]),
             )
         )
-    show(result, f"{columns(rows)}\n{result['file']}")
+    return f"{columns(rows)}\n{result['file']}"
 
 
-def _transducer(request: _TransducerRequest, show: Printer) -> None:
-    from tactogram.workflows.rendering.actuators import transducer
+@contextmanager
+def _interruptible() -> Iterator[Mapping[str, Any]]:
+    with interrupt_on_sigterm():
+        yield {}
 
-    show(result := transducer(request.sweep), lines_of(result))
 
-
-@interrupt_on_sigterm()
-def _track(request: TrackRequest, show: Printer) -> None:
-    from tactogram.workflows.rendering.carrier_tracking import track
-
+@contextmanager
+def _tracking() -> Iterator[Mapping[str, Callable[[str], None] | None]]:
     terminal = sys.stderr.isatty()
-    result = track(**vars(request) | {"status": _show_status if terminal else None})
+    with interrupt_on_sigterm():
+        yield {"status": _show_status if terminal else None}
     if terminal:
         sys.stderr.write("\n")
-    show(result, lines_of(result))
 
 
 def _show_status(line: str) -> None:
@@ -67,18 +54,9 @@ def _show_status(line: str) -> None:
     sys.stderr.flush()
 
 
-@interrupt_on_sigterm()
-def _play(request: PlayRequest, show: Printer) -> None:
-    if request.device.partition(":")[0] in ("audio", "null"):
-        from tactogram.workflows.rendering.playback import play_drive as play
-    else:
-        from tactogram.workflows.rendering.actuators import play
-    show(result := play(**vars(request)), lines_of(result))
-
-
 VERBS = {
-    "calibrate": Verb(CalibrationRequest, _calibrate),
-    "transducer": Verb(_TransducerRequest, _transducer),
-    "track": Verb(TrackRequest, _track),
-    "play": Verb(PlayRequest, _play),
+    "calibrate": FunctionVerb(f"{ACTUATORS}:calibrate", _calibrate_text),
+    "transducer": FunctionVerb(f"{ACTUATORS}:transducer", lines_of),
+    "track": FunctionVerb(f"{ACTUATORS}:track", lines_of, within=_tracking),
+    "play": FunctionVerb(f"{ACTUATORS}:play", lines_of, within=_interruptible),
 }

@@ -1,46 +1,22 @@
 """Verbs on files of signals."""
 
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass
-from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
+from tactogram.cli.functions import FunctionVerb, flags_of
 from tactogram.cli.printing import Printer, columns, lines_of, text_of
-from tactogram.cli.verbs import UsageError, Verb, flags_of, with_options
-from tactogram.workflows.data.requests import ConversionRequest
-from tactogram.workflows.request import Argument, Option
+from tactogram.cli.verbs import with_options
 
 
-@dataclass(frozen=True)
-class _ConvertRequest(ConversionRequest):
-    target: Annotated[Path | str, Argument("a file, by suffix; a folder if A is one", "B")] = ""
-    _: KW_ONLY
-    check: Annotated[bool, Option("only validate A, and list its problems")] = False
+def _text(facts: Mapping[str, Any]) -> str:
+    if "failed" in facts:
+        return _folder_text(facts)
+    text = _checked_text(facts) if "valid" in facts else _converted_text(facts)
+    return with_options(text, flags_of(VERBS["convert"]))
 
 
-def _convert(request: _ConvertRequest, show: Printer) -> int:
-    from tactogram.workflows.data import convert as jobs
-
-    options = vars(request)
-    if options.pop("check"):
-        if request.target:
-            raise UsageError("--check takes one file and writes none; omit B")
-        reading = request.reading
-        facts = jobs.check(request.source, format=request.format, **reading)
-        show(facts, with_options(_checked_text(facts), flags_of(VERBS["convert"])))
-        return 0 if facts["valid"] else 1
-    if not request.target:
-        raise UsageError("needs A and B; --check takes A alone, --list neither")
-    if not Path(request.source).is_dir():
-        facts = jobs.convert(**options)
-        show(facts, with_options(_converted_text(facts), flags_of(VERBS["convert"])))
-        return 0
-    if request.format is None:
-        raise UsageError("a folder needs --to FORMAT, one of --list")
-    with show.progress() as progress:
-        facts = jobs.convert_folder(progress=progress, **options)
-    show(facts, _folder_text(facts))
-    return 1 if facts["failed"] else 0
+def _status(facts: Mapping[str, Any]) -> int:
+    return 1 if facts.get("failed") or not facts.get("valid", True) else 0
 
 
 def _formats(show: Printer) -> None:
@@ -114,4 +90,11 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
     return "\n".join([columns(rows), *beside, *failed, *notes, end])
 
 
-VERBS = {"convert": Verb(_ConvertRequest, _convert, listing=("list the formats", _formats))}
+VERBS = {
+    "convert": FunctionVerb(
+        "tactogram.workflows.data.convert:convert",
+        _text,
+        status=_status,
+        listing=("list the formats", _formats),
+    )
+}

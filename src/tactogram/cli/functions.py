@@ -4,26 +4,45 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
-from types import UnionType
-from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+from types import MappingProxyType, UnionType
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from tactogram.cli.folders import FOLDERS, further_folders
 from tactogram.cli.printing import Printer
 
+if TYPE_CHECKING:
+    from tactogram.parameters import Parameter
+
 SPELLING = {
+    "block_ms": "--block",
     "changes": "--set",
     "columns": "--column",
     "constants": "--constant",
+    "every_s": "--every",
     "find_s": "--find",
+    "force_n": "--force",
+    "format": "--format --to",
+    "how": "--as",
+    "loop_s": "--loop",
     "margins": "--margin",
     "model_folders": "--models",
+    "normal_force_n": "--force",
+    "options": "--set",
     "purpose": "--for",
-    "raters": "--rater",
+    "raters": "--rater --raters",
+    "resample_to": "--resample",
+    "skew_s": "--skew",
+    "speed_mm_s": "--speed",
+    "speeds_mm_s": "--speeds",
+    "tap_gain": "--tap",
+    "width_mm": "--width",
 }
-"""Options that are not spelt like their parameters."""
+"""Options that are not spelt like their parameters; a second spelling is another name."""
 
 
 def _no_notes(result: Any) -> Iterable[str]:
@@ -38,7 +57,7 @@ class FunctionVerb(NamedTuple):
     """A verb: its function as ``module:name``, and the text of its result for people.
 
     A parameter ``progress`` of the function gets the progress bar, and ``show`` the `Printer`, for a verb that prints
-    while it runs; a result of None is not printed.
+    while it runs; a result of None is not printed. ``out`` is an option, wherever the function takes it.
     """
 
     function: str
@@ -51,6 +70,12 @@ class FunctionVerb(NamedTuple):
     """Exit status of a result."""
     listing: tuple[str, Callable[[Printer], None]] | None = None
     """Help and function of ``--list``, which needs no other option."""
+    advice: Mapping[str, str] = MappingProxyType({})
+    """Advice instead of a remedy, by its text, or of any value of an argument (``rate=``)."""
+    within: Callable[[], AbstractContextManager[Mapping[str, Any]]] = partial(
+        nullcontext, MappingProxyType({})
+    )
+    """Context in which the function runs; it yields further arguments of it, such as callbacks."""
 
     def load(self) -> Callable[..., Any]:
         """Import and return the function."""
@@ -63,7 +88,7 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
     """Run a verb with the arguments of the command line; return its exit status, 2 for wrong usage."""
     from cyclopts import App, CycloptsError
 
-    from tactogram.cli.verbs import UsageError
+    from tactogram.cli.verbs import UsageError, with_options
     from tactogram.parameters import parameters, summary
 
     function = verb.load()
@@ -90,15 +115,17 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
         taken = signature(function).parameters
         if "show" in taken:
             options["show"] = show
-        if "progress" in taken:
-            with show.progress() as progress:
-                result = function(*positional, **options, progress=progress)
-        else:
-            result = function(*positional, **options)
+        with verb.within() as further:
+            if "progress" in taken:
+                with show.progress() as progress:
+                    result = function(*positional, **options, **further, progress=progress)
+            else:
+                result = function(*positional, **options, **further)
         if result is None:
             return 0
         show(result, verb.text(result))
-        show.notes(verb.notes(result))
+        flags = flags_of(verb)
+        show.notes(with_options(note, flags) for note in verb.notes(result))
         return verb.status(result)
 
     listing = verb.listing is not None and "--list" in arguments
@@ -118,14 +145,19 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
 
 def spelt(name: str) -> str:
     """Return the option of a parameter."""
-    return SPELLING.get(name, f"--{name.replace('_', '-')}")
+    return _spellings(name)[0]
+
+
+def _spellings(name: str) -> list[str]:
+    return SPELLING.get(name, f"--{name.replace('_', '-')}").split()
 
 
 def flags_of(verb: FunctionVerb) -> dict[str, str]:
-    """Return how the command line calls each parameter of a verb."""
+    """Return how the command line calls each parameter of a verb, and its advice."""
     from tactogram.parameters import parameters
 
-    return {one.name: one.name if one.positional else spelt(one.name) for one in parameters(verb.load())}
+    flags = {one.name: one.name if _by_place(one) else spelt(one.name) for one in parameters(verb.load())}
+    return flags | dict(verb.advice)
 
 
 def options_of(
@@ -135,7 +167,7 @@ def options_of(
 
     ``function`` is None for ``--list``, whose help ``listing`` is.
     """
-    from cyclopts import Parameter
+    from cyclopts import Parameter as CommandParameter
 
     from tactogram.parameters import parameters
 
@@ -143,9 +175,9 @@ def options_of(
         negative = None if default is True else ()
         facts: dict[str, Any] = {"help": text, "negative": negative, "show_default": bool(default)}
         if not positional:
-            facts["name"] = spelt(name)
+            facts["name"] = _spellings(name)
         place = Argument.POSITIONAL_ONLY if positional else Argument.KEYWORD_ONLY
-        return Argument(name, place, default=default, annotation=Annotated[kind, Parameter(**facts)])
+        return Argument(name, place, default=default, annotation=Annotated[kind, CommandParameter(**facts)])
 
     made = [
         argument(
@@ -153,7 +185,7 @@ def options_of(
             str if one.kind is Any else _form(one.kind),
             one.default,
             one.text,
-            positional=one.positional,
+            positional=_by_place(one),
         )
         for one in (parameters(function) if function is not None else ())
     ]
@@ -165,13 +197,22 @@ def options_of(
     return Signature(made)
 
 
+def _by_place(parameter: Parameter) -> bool:
+    return parameter.positional and parameter.name != "out"
+
+
 def _form(kind: Any) -> Any:
-    """Return the type that cyclopts reads: texts of what is converted later, and no bounds."""
+    """Return the type that cyclopts reads: texts of what is converted later and of paths, and no bounds."""
     origin, inner = get_origin(kind), get_args(kind)
     if origin is Annotated:
         return _form(inner[0])
     if origin in (Union, UnionType):
-        return Union[tuple(map(_form, inner))]  # noqa: UP007
+        several = [one for one in inner if get_origin(one) is Sequence]
+        # A path would lose the slashes of a URL.
+        texts = str in inner
+        return Union[tuple(_form(one) for one in several or inner if one is not Path or not texts)]  # noqa: UP007
+    if origin is Sequence:
+        return list[_form(inner[0])]  # type: ignore[misc]
     return list[str] if _is_mapping(kind) else str if _is_list(kind) else kind
 
 

@@ -1,58 +1,31 @@
 """Verbs for a first look: the demo, the installation check, the list of models."""
 
-from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Annotated
+from __future__ import annotations
 
-from tactogram.cli.printing import Printer, accuracies, columns, lines_of, terminal_width
-from tactogram.cli.verbs import Verb
-from tactogram.workflows.request import Argument, Option, Request
+from typing import TYPE_CHECKING, Any
+
+from tactogram.cli.functions import FunctionVerb
+from tactogram.cli.printing import accuracies, columns, lines_of, terminal_width
 
 if TYPE_CHECKING:
     from tactogram.models import ModelInfo
 
 
-@dataclass(frozen=True)
-class _DemoRequest(Request):
-    out: Annotated[str, Option("folder for everything it makes")] = "runs/demo"
-    seed: Annotated[int, Option()] = 0
-
-
-@dataclass(frozen=True)
-class _DoctorRequest(Request):
-    pass
-
-
-@dataclass(frozen=True)
-class _ModelsRequest(Request):
-    name: Annotated[
-        str | None,
-        Argument("show one model: its recipes, and the settings that `train --set` takes", "MODEL"),
-    ] = None
-    _: KW_ONLY
-    recipe: Annotated[str, Option("recipe whose values are shown", "NAME|FILE")] = "quick"
-
-
-def _demo(request: _DemoRequest, show: Printer) -> None:
-    from tactogram.workflows.demo import demo
-
-    with show.progress() as progress:
-        result = demo(request.out, seed=request.seed, progress=progress)
+def _demo_text(result: dict[str, Any]) -> str:
     unmet = result["none_of_these"]
-    text = [
-        f"simulated strokes classified correctly: {accuracies(result)}",
-        f"of {unmet['unknown']} strokes over a surface absent from training, "
-        f"{100 * unmet['unknown_rejected']:.0f} % are classified as none of these",
-        f"mixtures: {result['mixing']}",
-        f"report with pictures and sounds (open it in a browser): {result['report']}",
-        "to explore the same in the browser: tactogram studio",
-    ]
-    show(result, "\n".join(text))
+    return "\n".join(
+        [
+            f"simulated strokes classified correctly: {accuracies(result)}",
+            f"of {unmet['unknown']} strokes over a surface absent from training, "
+            f"{100 * unmet['unknown_rejected']:.0f} % are classified as none of these",
+            f"mixtures: {result['mixing']}",
+            f"report with pictures and sounds (open it in a browser): {result['report']}",
+            "to explore the same in the browser: tactogram studio",
+        ]
+    )
 
 
-def _doctor(request: _DoctorRequest, show: Printer) -> None:
-    from tactogram.workflows.doctor import doctor
-
-    facts = doctor()
+def _doctor_text(facts: dict[str, Any]) -> str:
     lines = [f"tactogram {facts['tactogram']}, Python {facts['python']}, {facts['platform']}"]
     lines.append(
         f"device {facts['device']}, {facts['cores']} cores, {facts['threads']} threads, "
@@ -68,59 +41,82 @@ def _doctor(request: _DoctorRequest, show: Printer) -> None:
         for one in facts["weights"]
     ]
     lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
-    show(facts, "\n".join(lines))
+    return "\n".join(lines)
 
 
-def _models(request: _ModelsRequest, show: Printer) -> None:
-    from tactogram.models import available, shipped_run
+def describe_models(name: str | None = None, *, recipe: str = "quick") -> dict[str, Any]:
+    """List the models, or show one with the settings that `train --set` takes.
 
-    if request.name:
-        _model(request.name, request.recipe, show)
-        return
-    models = available()
-    trained = {name: shipped_run(name) is not None for name in models}
-    rows = [
-        (
-            name,
-            str(model.year),
-            " or ".join(map(_in_and_out, model.faces)),
-            model.title + "; comes trained" * trained[name],
-        )
-        for name, model in models.items()
-    ]
-    facts = {
+    Parameters
+    ----------
+    name : str, optional
+        Show one model: its recipes, and the settings that `train --set` takes.
+    recipe : str
+        Recipe whose values are shown, by name or file.
+
+    Returns
+    -------
+    dict
+        By name what is known of each model, its ``recipes``, and whether it comes ``trained``; of one model ``title``,
+        ``conditions and output``, ``recipes``, and ``settings`` (``value`` and ``meaning`` by key).
+
+    Raises
+    ------
+    ParameterError
+        If there is no such model or recipe.
+    """
+    from tactogram.models import available, find, shipped_run
+    from tactogram.workflows.training.recipe_fields import recipe_fields
+
+    if name:
+        model = find(name)
+        return {
+            "title": model.title,
+            "conditions and output": _in_and_out(model),
+            "recipes": list(model.recipes()),
+            "settings": {
+                each.key: {"value": each.value, "meaning": each.text} for each in recipe_fields(model, recipe)
+            },
+        }
+    return {
         name: model.model_dump(mode="json", exclude={"folder", "package", "name"})
-        | {"recipes": list(model.recipes()), "trained": trained[name]}
-        for name, model in models.items()
+        | {
+            "recipes": list(model.recipes()),
+            "trained": shipped_run(name) is not None,
+        }
+        for name, model in available().items()
     }
-    show(facts, columns(rows, width=terminal_width()))
 
 
-def _model(name: str, recipe: str, show: Printer) -> None:
-    from tactogram.models import find
-    from tactogram.workflows.training.recipe_fields import recipe_fields, text_of
+def _models_text(facts: dict[str, Any]) -> str:
+    from tactogram.models import available
+    from tactogram.workflows.training.recipe_fields import text_of
 
-    model = find(name)
-    fields = recipe_fields(model, recipe)
-    rows = [("setting", "value", "meaning")]
-    rows += [(each.key, text_of(each.value) or "-", each.text) for each in fields]
-    about = {
-        "title": model.title,
-        "conditions and output": " or ".join(map(_in_and_out, model.faces)),
-        "recipes": list(model.recipes()),
-    }
-    facts = about | {"settings": {each.key: {"value": each.value, "meaning": each.text} for each in fields}}
-    show(facts, f"{lines_of(about)}\n{columns(rows, width=terminal_width())}")
+    if "settings" in facts:
+        rows = [("setting", "value", "meaning")]
+        rows += [
+            (key, text_of(each["value"]) or "-", each["meaning"]) for key, each in facts["settings"].items()
+        ]
+        about = lines_of({name: value for name, value in facts.items() if name != "settings"})
+        return f"{about}\n{columns(rows, width=terminal_width())}"
+    rows = [
+        (name, str(model.year), _in_and_out(model), model.title + "; comes trained" * facts[name]["trained"])
+        for name, model in available().items()
+    ]
+    return columns(rows, width=terminal_width())
 
 
-def _in_and_out(model: "ModelInfo") -> str:
-    """Return the conditions of a model, in brackets if it needs none, and its output."""
-    needs = "+".join(model.needs) or "+".join(f"[{name}]" for name in model.takes) or "-"
-    return f"{'|'.join((needs, *model.instead))} -> {model.gives}"
+def _in_and_out(model: ModelInfo) -> str:
+    """Return the conditions of a model in each of its faces, in brackets if it needs none, and its output."""
+    faces = []
+    for face in model.faces:
+        needs = "+".join(face.needs) or "+".join(f"[{name}]" for name in face.takes) or "-"
+        faces.append(f"{'|'.join((needs, *face.instead))} -> {face.gives}")
+    return " or ".join(faces)
 
 
 VERBS = {
-    "demo": Verb(_DemoRequest, _demo),
-    "doctor": Verb(_DoctorRequest, _doctor),
-    "models": Verb(_ModelsRequest, _models, folders=("models",)),
+    "demo": FunctionVerb("tactogram.workflows.demo:demo", _demo_text),
+    "doctor": FunctionVerb("tactogram.workflows.doctor:doctor", _doctor_text),
+    "models": FunctionVerb("tactogram.cli.start:describe_models", _models_text, folders=("models",)),
 }

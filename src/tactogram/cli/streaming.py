@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
 
-from tactogram.cli.printing import Printer
+from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.stopping import interrupt_on_sigterm
-from tactogram.cli.verbs import Verb
-from tactogram.workflows.streaming.requests import StreamRequest
 
 
-@interrupt_on_sigterm()
-def _stream(request: StreamRequest, show: Printer) -> None:
-    from tactogram.workflows.streaming.stream import latency_lines, stream
+def _text(result: dict[str, Any]) -> str:
+    from tactogram.workflows.streaming.stream import latency_lines
 
-    status = _StatusPrinter()
-    result = stream(**vars(request) | {"status": status, "tell": status.line})
-    if sys.stderr.isatty():
-        sys.stderr.write("\n")
     of = " (simulated)" if result["simulated"] else ""
     lines = [f"{', '.join(result['textures'])}{of}: {result['seconds']:g} s to {result['backend']}"]
     lines += latency_lines(result)
     lines += [f"{name}: {result[name]}" for name in ("file", "figure") if name in result]
-    show(result, "\n".join(lines))
-    show.notes(result["limited"])
+    return "\n".join(lines)
+
+
+@contextmanager
+def _streaming() -> Iterator[Mapping[str, Any]]:
+    status = _StatusPrinter()
+    with interrupt_on_sigterm():
+        yield {"status": status, "tell": status.line}
+    if sys.stderr.isatty():
+        sys.stderr.write("\n")
 
 
 class _StatusPrinter:
@@ -46,4 +50,12 @@ class _StatusPrinter:
         sys.stderr.flush()
 
 
-VERBS = {"stream": Verb(StreamRequest, _stream, folders=("models",))}
+VERBS = {
+    "stream": FunctionVerb(
+        "tactogram.workflows.streaming.stream:stream",
+        _text,
+        lambda result: result["limited"],
+        folders=("models",),
+        within=_streaming,
+    )
+}

@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from tactogram.cli.folders import FOLDERS
 from tactogram.cli.printing import Printer
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy, with_remedies
 from tactogram.workflows.request import Argument, Option, Request, declared
 
 
@@ -78,22 +78,25 @@ def flags_of(verb: Verb) -> dict[str, str]:
 def with_options(message: str, flags: Mapping[str, str]) -> str:
     """Return an error's message with options in place of the parameters that it names, as of `flags_of`.
 
-    Names are in backquotes, possibly with a value (``rate=1000``), or begin the message and are followed by "must". A
-    name with a value that is no parameter is one of those of ``--set``, if the verb has it.
+    They are its remedies (`tactogram.errors.Remedy`), or begin the message and are followed by "must". A name with a
+    value that is no option is one of those of ``--set``, if the verb has it. What a verb advises instead has the text
+    of the remedy as its key in ``flags``, or ``rate=`` for any value.
     """
     flags = {**flags, "model_folders": "--models"}
     others = "--set {}={}" if "--set" in flags.values() else "{}={}"
 
-    def option(found: re.Match[str]) -> str:
-        name, value = found.groups()
-        if name in flags:
-            return f"`{flags[name]} {shlex.quote(value)}`"
-        return (
-            f"`{others.format(name, value) if ' ' not in value else others.format(name, shlex.quote(value))}`"
-        )
+    def option(remedy: Remedy) -> str:
+        name, value = remedy.parameter, remedy.value
+        if value is None:
+            return flags.get(str(remedy), flags.get(name, str(remedy)))
+        if advice := flags.get(str(remedy), flags.get(f"{name}=")):
+            return advice
+        text = str(value)
+        if flags.get(name, "").startswith("-"):
+            return f"`{flags[name]} {shlex.quote(text)}`"
+        return f"`{others.format(name, text if ' ' not in text else shlex.quote(text))}`"
 
-    message = re.sub(r"`(\w+)=([^`]+)`", option, message)
-    message = re.sub(r"`(\w+)`", lambda name: flags.get(name[1], name[0]), message)
+    message = with_remedies(message, option)
     return re.sub(r"^(\w+)(?= must)", lambda name: flags.get(name[1], name[0]), message)
 
 

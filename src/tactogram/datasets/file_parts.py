@@ -299,10 +299,12 @@ def _useless(heading: str | None, intervals: Sequence[Interval], *, labels: bool
     if not labels:
         return f"{HOLES}, of which none has {LEAST_ROWS} samples; record without losses"
     if heading is None:
-        return f"its labels change more often than every {LEAST_ROWS} rows; omit them from the mapping"
+        return (
+            f"its labels change more often than every {LEAST_ROWS} rows; omit its column, `mapping=FILE.toml`"
+        )
     if not named:
-        return f"column {heading!r} has no label in any row; fill it in, or omit it from the mapping"
+        return f"column {heading!r} has no label in any row; fill it in, or omit it, `mapping=FILE.toml`"
     return (
         f"column {heading!r}: none of its {len(named)} labels holds for {LEAST_ROWS} rows in succession; if these are "
-        "no labels of materials, omit the column from a mapping"
+        "no labels of materials, omit the column, `mapping=FILE.toml`"
     )

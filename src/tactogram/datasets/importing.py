@@ -233,7 +233,7 @@ class ImportSink:
             files = len(found.left_out) + len(found.items) + len(found.pictures)
             raise DataError(
                 f"{found.left_out[0][1]}; in all {len(found.left_out)} of {files} files cannot be read: "
-                "skip_bad (--skip-bad) leaves them out"
+                "`skip_bad` leaves them out"
             )
         for name, reason in found.left_out:
             self._report(name, reason)
@@ -296,7 +296,7 @@ class ImportSink:
 
     def _skip(self, source: str, reason: str) -> None:
         if not self.skip_bad:
-            raise DataError(f"{reason}; skip_bad (--skip-bad) leaves it out")
+            raise DataError(f"{reason}; `skip_bad` leaves it out")
         self.needed_skip = True
         self._report(source, reason)
 

@@ -66,7 +66,7 @@ def _clocked(t: NDArray[np.float64]) -> tuple[SamplingTiming, NDArray[np.float64
     if repeated > MOST_REPEATED * len(steps) and repeated > 1:
         raise DataError(
             f"{repeated} of {len(t)} time stamps repeat the one before: they are too coarse or the arrival times "
-            "of blocks; give the rate instead"
+            "of blocks; give the rate instead, e.g. `rate=1000`"
         )
     resolution = _resolution(t)
     places = _places(t)

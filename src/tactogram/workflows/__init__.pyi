@@ -1,11 +1,12 @@
 from .data.convert import (
-    SIGNAL_FORMATS as SIGNAL_FORMATS,
-    check as check,
     convert as convert,
     list_formats as list_formats,
 )
 from .data.simulate import (
     simulate_to_store as simulate_to_store,
+)
+from .data.sources import (
+    SIGNAL_FORMATS as SIGNAL_FORMATS,
 )
 from .data.stores import (
     add_signal as add_signal,
@@ -112,10 +113,8 @@ from .results_table import (
 )
 from .streaming.session import (
     Backend as Backend,
-    run as run,
-)
-from .streaming.stream import (
     rehearsal as rehearsal,
+    run as run,
 )
 from .streaming.textures import (
     TextureSettings as TextureSettings,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,17 +21,16 @@ from tactogram.evaluation.report import (
     ReportText,
     write_report,
 )
+from tactogram.parameters import checked
 from tactogram.signal import Image, Signal
 from tactogram.signal.figure import signal_figure
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
-from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.recognition.search import search
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
-from tactogram.workflows.training.train import train
+
+if TYPE_CHECKING:
+    from tactogram.workflows.training.loaded_run import LoadedRun
 
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
@@ -50,17 +49,36 @@ NAMED = (
 """Figures of the classifier's evaluation in the result."""
 
 
+@checked
 def demo(
     out: Path | str = "runs/demo", *, seed: int = 0, progress: ProgressCallback = silent
 ) -> dict[str, Any]:
-    """Run the whole chain on simulated surfaces and write ``OUT/report.html`` and ``result.json``.
+    """Simulate, classify, search, generate and evaluate surfaces, and write a report.
 
-    An earlier demo in the folder is replaced.
+    Parameters
+    ----------
+    out : Path or str
+        Folder for everything it makes, ``report.html`` and ``result.json`` among it; an earlier demo there is replaced.
+    seed : int
+        Seed of the simulation and of the trainings.
 
-    Keys of the result: ``report``; ``recording_accuracy``, ``recording_accuracy_95``, ``recordings``,
-    ``window_accuracy``, ``windows``, ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the
-    generator, as in `evaluate`; ``mixing`` (the measure of the ladder, in words), ``simulated`` (always true).
+    Returns
+    -------
+    dict
+        ``report``; ``recording_accuracy``, ``recording_accuracy_95``, ``recordings``, ``window_accuracy``, ``windows``,
+        ``none_of_these`` of the classifier, ``measures`` and ``positions`` of the generator, as in `evaluate`;
+        ``mixing`` (the measure of the ladder, in words), ``simulated`` (always true).
+
+    Raises
+    ------
+    RunError
+        If the folder holds something else.
     """
+    from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
+    from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
+    from tactogram.workflows.training.loaded_run import load_run, test_part
+    from tactogram.workflows.training.train import train
+
     folder = _fresh(Path(out))
     simulate_to_store("stroking9", folder / "data", seed=seed, per_class=PER_CLASS, progress=progress)
     store = open_store(folder / "data")
@@ -186,6 +204,8 @@ def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection
 
 
 def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> ReportSection:
+    from tactogram.workflows.recognition.search import search
+
     known = next(iter(tests))
     unknown = next(info.id for info in store.index if info.material == UNKNOWN)
     rows = []

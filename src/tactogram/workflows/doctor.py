@@ -11,8 +11,6 @@ from typing import Any
 from packaging.requirements import Requirement
 
 from tactogram.errors import MissingExtraError
-from tactogram.nn.vision_import import vision_module
-from tactogram.nn.weight_files import PRETRAINED
 
 EXTRAS = {
     "dev": "tests, style, types, benchmarks",
@@ -34,14 +32,19 @@ EXTRAS = {
 
 
 def doctor() -> dict[str, Any]:
-    """Return facts on this installation.
+    """Check the installation: packages, missing extras with their purpose, and the compute device.
 
-    Keys of the result: ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``,
-    ``packages`` (name to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published weights
-    that no package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``, ``url``),
-    ``problems`` (sentences).
+    Returns
+    -------
+    dict
+        ``tactogram``, ``python``, ``platform``, ``cores``, ``memory_gib``, ``device``, ``threads``, ``packages`` (name
+        to version or None), ``extras`` (name to ``for`` and ``missing``), ``weights`` (published weights that no
+        package contains: ``network``, ``for``, ``state``, ``file`` in torch's cache, ``sha256_start``, ``url``),
+        ``problems`` (sentences).
     """
     import torch
+
+    from tactogram.nn.weight_files import PRETRAINED
 
     core: dict[str, str | None] = {}
     provided = metadata("tactogram").get_all("Provides-Extra") or []
@@ -109,6 +112,8 @@ def _problems(core: dict[str, str | None]) -> list[str]:
 
 def _vision_problem() -> list[str]:
     """Return the problems of an installed torchvision, imported through its guard."""
+    from tactogram.nn.vision_import import vision_module
+
     try:
         extension = vision_module("torchvision.extension")
     except MissingExtraError as error:

@@ -158,7 +158,7 @@ def test_a_rate_of_zero_is_refused(tmp_path):
     np.savez(tmp_path / "a.npz", x=np.zeros(9), rate=0.0)
     assert refusal(tmp_path / "a.npz", axes=["x"]) == "rate must be > 0 and finite, got 0"
     (tmp_path / "a.csv").write_text("1\n2\n")
-    assert refusal(tmp_path / "a.csv", rate=0) == "rate must be > 0 and finite, got 0"
+    assert refusal(tmp_path / "a.csv", rate=0) == "rate must be greater than 0, got 0"
 
 
 def test_no_channels_are_refused(tmp_path):

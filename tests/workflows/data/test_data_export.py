@@ -13,7 +13,7 @@ from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Image, Signal
-from tactogram.workflows.data.export import export_store
+from tactogram.workflows.data.stores import export_store
 
 
 def multi_rate(number, *, force=True):

@@ -24,8 +24,7 @@ from tactogram.datasets.store.store import problems
 from tactogram.datasets.store.writing import copy_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.workflows.data.export import export_store
-from tactogram.workflows.data.stores import import_store
+from tactogram.workflows.data.stores import export_store, import_store
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 

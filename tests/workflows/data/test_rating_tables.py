@@ -70,7 +70,7 @@ def test_ratings_of_a_store_without_any_are_not_written(store, tmp_path, capsys)
 def test_headings_and_items_are_mapped(store, tmp_path):
     table = wide(tmp_path / "r.csv", ["1", "3"], head="Subject,Sample No.")
     settings = {"column.rater": "Subject", "column.item": "Sample No.", "item": "plate{:0>2}"}
-    rate_store(store, [table], settings=settings)
+    rate_store(store, [table], options=settings)
     assert open_store(store).ratings.items == ("plate01", "plate03")
 
 
@@ -98,9 +98,9 @@ def test_earlier_ratings_go_only_when_it_is_said(store, tmp_path):
         ("rater,item,word,score\nr,plate09,dry,1\n", {}, "items in the store, got plate09"),
         ("rater,item,word,score\nr,plate01,dry,1\n", {"scale": "nine"}, "a scale must be 7-point"),
         ("rater,item,word,score\nr,plate01,dry,0\n", {}, "row 2 .*must be 1 to 7"),
-        ("rater,item,word,score\nr,plate01,dry,1\n", {"settings": {"colum.rater": "x"}}, "got 'colum.rater'"),
-        ("rater,item,word,score\nr,plate01,dry,1\n", {"settings": {"column.who": "x"}}, "got 'who'"),
-        ("rater,item,word,score\nr,1,dry,1\n", {"settings": {"item": "a{},b{}"}}, "each of 1 files, got 2"),
+        ("rater,item,word,score\nr,plate01,dry,1\n", {"options": {"colum.rater": "x"}}, "got 'colum.rater'"),
+        ("rater,item,word,score\nr,plate01,dry,1\n", {"options": {"column.who": "x"}}, "got 'who'"),
+        ("rater,item,word,score\nr,1,dry,1\n", {"options": {"item": "a{},b{}"}}, "each of 1 files, got 2"),
     ],
 )
 def test_what_is_refused_leaves_the_store_as_it_was(store, tmp_path, text, options, says):
@@ -203,7 +203,7 @@ def test_a_study_of_ones_own_files_comes_in(tmp_path):
     (tmp_path / "study" / "recordings.csv").write_text("\n".join(lines) + "\n")
     import_dataset("folder", tmp_path / "study", tmp_path / "s", options={"items": "signals"})
     tables = [wide(tmp_path / "plates.csv", ["1"]), wide(tmp_path / "signals.csv", ["1"])]
-    facts = rate_store(tmp_path / "s", tables, settings={"item": "plate{:0>2},signal{:0>2}"})
+    facts = rate_store(tmp_path / "s", tables, options={"item": "plate{:0>2},signal{:0>2}"})
     assert facts["unrated"] == []
     store = open_store(tmp_path / "s")
     assert {info.material: store.streams_of(info.id) for info in store.index} == {

@@ -63,8 +63,8 @@ def test_a_calibration_gives_a_persons_voltage(friction):
     for person in ("anna", "ben"):
         result = render(
             friction / "mu.npz",
-            "electrovibration",
             friction / f"{person}.npz",
+            display="electrovibration",
             level="physical",
             calibration=friction / "c.toml",
             person=person,
@@ -79,8 +79,8 @@ def test_a_calibration_gives_a_persons_voltage(friction):
 def test_beyond_the_calibrated_voltage_the_report_says_that_it_is_a_guess(friction):
     result = render(
         friction / "mu.npz",
-        "electrovibration",
         friction / "d.npz",
+        display="electrovibration",
         level="peak=1",
         calibration=friction / "c.toml",
         person="ben",
@@ -102,8 +102,8 @@ def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, c
     with pytest.raises(ParameterError, match=message):
         render(
             friction / "mu.npz",
-            display,
             friction / "d.npz",
+            display=display,
             level="physical",
             calibration=friction / "c.toml",
             person=person,
@@ -178,7 +178,9 @@ class SimulatedDevice:
 def drive(tmp_path):
     x = Signal(np.random.default_rng(0).standard_normal(800), 2000, "m/s^2")
     write_signal(tmp_path / "x.csv", x)
-    return render(tmp_path / "x.csv", "ultrasonic-envelope", tmp_path / "drive.npz", level="peak=1")["file"]
+    return render(tmp_path / "x.csv", tmp_path / "drive.npz", display="ultrasonic-envelope", level="peak=1")[
+        "file"
+    ]
 
 
 def test_a_rendered_envelope_reaches_the_device(drive):
@@ -188,11 +190,13 @@ def test_a_rendered_envelope_reaches_the_device(drive):
         devices.append(SimulatedDevice(wanted))
         return devices[-1]
 
-    assert play(drive, "ultrasonic-envelope", device="digilent:1234", opened=opened) == {"simulated": True}
+    assert play(drive, display="ultrasonic-envelope", device="digilent:1234", opened=opened) == {
+        "simulated": True
+    }
     assert (devices[0].wanted.carrier_hz, devices[0].wanted.serial) == (28_200, "1234")
     assert devices[0].wanted.peak_v == pytest.approx(1.1)
     assert 0.9 < devices[0].played.samples.max() <= 1.1
-    play(drive, "ultrasonic-envelope", loop_s=2.0, opened=opened)
+    play(drive, display="ultrasonic-envelope", loop_s=2.0, opened=opened)
     assert devices[1].looped == 2.0
 
 
@@ -204,7 +208,7 @@ def test_a_drive_that_does_not_begin_at_rest_is_faded(tmp_path):
         return devices[-1]
 
     write_signal(tmp_path / "step.npz", Signal(np.full(1600, 1.0), 8000, "V"))
-    play(tmp_path / "step.npz", "ultrasonic-envelope", opened=opened)
+    play(tmp_path / "step.npz", display="ultrasonic-envelope", opened=opened)
     sent = devices[0].played.samples[0]
     assert sent[[0, -1]] == pytest.approx([0, 0])
     assert np.abs(np.diff(sent)).max() < 0.05
@@ -213,27 +217,27 @@ def test_a_drive_that_does_not_begin_at_rest_is_faded(tmp_path):
 
 def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_path):
     with pytest.raises(ParameterError, match="no carrier that a device could make"):
-        play(drive, "voice-coil")
+        play(drive, display="voice-coil")
     with pytest.raises(ParameterError, match="no carrier that a device could make"):
-        play(drive, "ultrasonic")
+        play(drive, display="ultrasonic")
     with pytest.raises(ParameterError, match="must be digilent"):
-        play(drive, "ultrasonic-envelope", device="rigol")
+        play(drive, display="ultrasonic-envelope", device="rigol")
     write_signal(tmp_path / "loud.npz", Signal(np.full(100, 2.0), 16_000, "V"))
     with pytest.raises(ParameterError, match=r"outside of 0 to 1\.1 V"):
-        play(tmp_path / "loud.npz", "ultrasonic-envelope")
+        play(tmp_path / "loud.npz", display="ultrasonic-envelope")
     with pytest.raises(ParameterError, match="channel: must be less than or equal to 2, got 7"):
-        play(drive, "ultrasonic-envelope", channel=7)
+        play(drive, display="ultrasonic-envelope", channel=7)
     for seconds in (0, -1, float("nan")):
         with pytest.raises(ParameterError, match="loop_s must be"):
-            play(drive, "ultrasonic-envelope", loop_s=seconds)
+            play(drive, display="ultrasonic-envelope", loop_s=seconds)
     with pytest.raises(ParameterError, match="is not a drive"):
-        play(tmp_path / "x.csv", "ultrasonic-envelope")
+        play(tmp_path / "x.csv", display="ultrasonic-envelope")
 
 
 def test_without_a_device_it_is_one_line(drive, run):
     pytest.importorskip("dwfpy")
     with pytest.raises(DeviceError, match="WaveForms"):
-        play(drive, "ultrasonic-envelope")
+        play(drive, display="ultrasonic-envelope")
     done = run("play", drive, "--display", "ultrasonic-envelope")
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1

@@ -13,7 +13,8 @@ from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.workflows.rendering.playback import Playback, full_scale_of, outputs, play_drive
+from tactogram.workflows.rendering.actuators import play
+from tactogram.workflows.rendering.playback import Playback, full_scale_of, outputs
 
 AUDIO = open_display("audio")
 
@@ -156,7 +157,7 @@ def test_the_command_line_plays_a_file(tmp_path, capsys):
     assert code == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["state"], facts["strength"]) == ("ended", 0.3)
-    assert facts["sha256"] == play_drive(tmp_path / "drive.npz", "audio", device="null")["sha256"]
+    assert facts["sha256"] == play(tmp_path / "drive.npz", display="audio", device="null")["sha256"]
 
 
 def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monkeypatch):
@@ -172,6 +173,6 @@ def test_an_interrupted_playback_is_waited_for_until_it_has_faded(tmp_path, monk
     # Ignored, where a shell began the tests with &.
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        assert play_drive(tmp_path / "drive.npz", "audio", device="null")["faded"]
+        assert play(tmp_path / "drive.npz", display="audio", device="null")["faded"]
     finally:
         signal.signal(signal.SIGINT, before)

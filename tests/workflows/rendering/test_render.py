@@ -186,6 +186,6 @@ def test_too_little_memory_is_one_line(capsys, monkeypatch):
     def shown(*_, **__):
         raise MemoryError("Unable to allocate 58.2 TiB")
 
-    monkeypatch.setattr("tactogram.workflows.rendering.render.show_display", shown)
+    monkeypatch.setattr("tactogram.workflows.rendering.render.levels_of", shown)
     assert main(["displays", "audio"]) == 1
     assert capsys.readouterr().err == "tactogram: not enough memory: Unable to allocate 58.2 TiB\n"

@@ -13,8 +13,7 @@ from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.rendering.transducer.resonance_tracking import TrackingError
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.workflows.rendering import carrier_tracking
-from tactogram.workflows.rendering.actuators import transducer
-from tactogram.workflows.rendering.carrier_tracking import track
+from tactogram.workflows.rendering.actuators import track, transducer
 
 
 def test_a_drifting_resonance_is_followed_and_logged(tmp_path, capsys):
@@ -62,7 +61,7 @@ def test_a_sweep_with_a_lost_point_locks_and_its_log_gives_the_same_circuit(tmp_
         return voltage, current
 
     monkeypatch.setattr(SimulatedBench, "take", lossy)
-    found = track("ultrasonic-envelope", steps=1, out=log)
+    found = track(display="ultrasonic-envelope", steps=1, out=log)
     assert (found["lost"], found["repeated"], found["locks"]) == (1, 3, 1)
     assert main(["transducer", str(log), "--json"]) == 0
     read = json.loads(capsys.readouterr().out)
@@ -97,7 +96,7 @@ def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_
 
     def follow():
         return track(
-            "ultrasonic-envelope",
+            display="ultrasonic-envelope",
             generator="digilent:7",
             steps=5,
             share=0.5,

@@ -293,7 +293,7 @@ def _unit(
     if content.unit is None:
         return samples if factor == 1 else samples.astype(np.float64) * factor, asked
     if asked != content.unit:
-        raise DataError(f"{path}: the file is in {content.unit}, expected {unit}; leave the unit out")
+        raise DataError(f"{path}: the file is in {content.unit}, expected {unit}; omit `unit`")
     return samples, asked
 
 
@@ -307,7 +307,7 @@ def _rate(content: FileContent, rate: float | None) -> float:
     # A header of whole Hz does not contradict the fractional rate that it was rounded from.
     exact = content.description is not None
     if rate is not None and (rate != known if exact else abs(rate - known) >= 1):
-        raise DataError(f"the file is at {known:g} Hz, expected {rate:g}; leave the rate out, then resample")
+        raise DataError(f"the file is at {known:g} Hz, expected {rate:g}; omit `rate`, then resample")
     return known if rate is None else rate
 
 

@@ -349,7 +349,7 @@ def _converted(
     if len(known) > 1:
         listed = ", ".join(part.text for part in parts)
         raise DataError(
-            f"{table.path}: columns are in different units: {listed}; choose those of one: `axes=NAME,NAME`"
+            f"{table.path}: columns are in different units: {listed}; choose those of one, `axes=NAME,NAME`"
         )
     if len(set(axes)) < len(axes):
         numbers = ",".join(str(i + 1) for i in places)

@@ -2,53 +2,92 @@
 
 from __future__ import annotations
 
-import mimetypes
 import re
 from collections import Counter
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.axes import to_one_axis
-from tactogram.rendering.files.analysis import READ_RATE
-from tactogram.rendering.files.catalogue import format_for, haptic_formats, haptic_suffixes
-from tactogram.rendering.files.conversion import write_haptic
-from tactogram.rendering.files.reading import HapticFile, check_file, read_haptic
-from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
-from tactogram.rendering.sound_map import sound_to_touch
-from tactogram.signal import Signal
-from tactogram.signal.displacement import played
-from tactogram.signal.io import (
-    READABLE,
-    WRITABLE,
-    SignalFile,
-    read_columns,
-    read_file,
-    read_image,
-    read_image_metadata,
-    write_signal,
-)
-from tactogram.signal.io.atomic import check_writable
-from tactogram.signal.io.content import ColumnUse
-from tactogram.signal.resampling import resample
-from tactogram.workflows.data.requests import ConversionRequest
+from tactogram.parameters import Count, Positive, checked
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import takes
-
-SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
-"""Formats of signals by name, in addition to `haptic_formats`."""
 
 
-@takes(ConversionRequest)
-def convert(request: ConversionRequest) -> dict[str, Any]:
-    """Write a signal in the format of the target's suffix, with its metadata.
+@checked
+def convert(
+    source: Path | str,
+    target: Path | str | None = None,
+    *,
+    check: bool = False,
+    format: str | None = None,
+    axis: str | None = None,
+    full_scale: float | None = None,
+    modality: str | None = None,
+    display: str | None = None,
+    map: Literal["envelope", "pitch", "bands"] | None = None,
+    play_at: Positive | None = None,
+    width_mm: Positive | None = None,
+    resample_to: Positive | None = None,
+    subtype: str | None = None,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Convert a signal from one file format to another, a folder of them, or check a haptic file.
 
-    Haptic files (`tactogram.rendering.files`) are read and written, too. They hold parts of full scale, mostly events
-    instead of samples: the scale and the loss are in the result, and in the file. From one of them to another events
-    remain events; ``resample_to``, ``map`` and ``play_at`` make a waveform of them first.
+    Metadata are kept. Haptic files (`tactogram.rendering.files`) are read and written, too. They hold parts of full
+    scale, mostly events instead of samples: the scale and the loss are in the result, and in the file. From one of them
+    to another events remain events; ``resample_to``, ``map`` and ``play_at`` make a waveform of them first.
+
+    A photograph is drawn as a relief (`tactogram.rendering.photo_relief`): its brightness is no prediction of how a
+    material feels. In a folder every readable file is converted, and those of the folders in it; ``progress`` is called
+    after each.
+
+    Parameters
+    ----------
+    source : Path or str
+        A signal, a haptic file, a folder of them, or a photograph to draw.
+    target : Path or str, optional
+        A file, by suffix; it may be the source. A folder if the source is one.
+    check : bool
+        Only validate the source, and list its problems.
+    format : str, optional
+        Format of the target, one of `convert --list`: if several share its suffix (.json), or for a folder.
+    axis : str, optional
+        Write one axis: its name, dft321 or mean; formats that hold one take DFT321 of three, else the mean.
+    full_scale : float, optional
+        Value of 1 in a haptic target, or of integer full scale in the source, in the signal's unit.
+    modality : str, optional
+        Of HJIF and formats like it, e.g. "Vibrotactile Texture" (default: by unit).
+    display : str, optional
+        Motor of a pattern of on and off, by name or file, whose shortest_ms holds (default: phone-on-off).
+    map : {"envelope", "pitch", "bands"}, optional
+        Map a sound to touch: a tone with its strength (envelope) or at its pitch, or a tone for each band.
+    play_at : float, optional
+        Finger speed for a signal over displacement, or a photograph (then 100), mm/s.
+    width_mm : float, optional
+        Width that the photograph shows, mm (default: 100).
+    resample_to : float, optional
+        Rate of the target, Hz.
+    subtype : str, optional
+        Sample format of the target, e.g. PCM_16, PCM_24, FLOAT.
+    unit : str, optional
+        Unit of the samples, where the file does not state it: m/s^2, g, N, mm, V, 1, …
+    rate : float, optional
+        Sampling rate, Hz, where the file does not state it; of a haptic file that of the carrier.
+    axes : tuple of str, optional
+        Columns or channels to read, e.g. x,y,z.
+    time : str, optional
+        Column of the time stamps, e.g. 'ticks [us]'; none to use none.
+    sheet : str, optional
+        Sheet of a workbook, if it has several.
+    part : int, optional
+        Part of a table that is interrupted, from 1.
 
     Returns
     -------
@@ -60,36 +99,82 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         ``speed_mm_s``); ``read`` of a haptic source (its facts), ``written`` of a haptic target (as `write_haptic`);
         ``notes`` on what of a table was left out or assumed, and on rules that a haptic source breaks.
 
+        Of a folder: ``source``, ``target``, ``format``, ``files`` (as above, each), ``failed`` (the error by file; the
+        others are written), ``notes`` (names of ``.txt`` files without a table of numbers, skipped), ``left_out``
+        (number of files of no known format), ``beside`` (the converted haptic file by each file beside it, of the same
+        name, which is not converted: the signal of a design, or the design in another format than ``format``).
+
+        With ``check``: ``file``, ``format``, ``valid``, ``problems`` (a line each; of haptic files all, of others the
+        first), and of a file that is not haptic ``columns`` of a table (``heading``, ``role``, ``unit``, ``stream``,
+        ``reason``) and ``notes``.
+
     Raises
     ------
     DataError, ParameterError
-        As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`; nothing is written then.
+        As `read_signal`, `write_signal`, `read_haptic` and `write_haptic`, and if nothing in a folder can be read, two
+        of its signals would become one, or a file in it would be overwritten; nothing is written then.
+
+    Examples
+    --------
+    >>> tactogram.write_signal("tap.wav", tactogram.Signal([0, 1, 0, -1] * 500, 2000, "1"))
+    >>> tactogram.convert("tap.wav", "tap.csv", unit="m/s^2")["rms"]
+    0.7071067811865476
     """
-    source, target = Path(request.source), Path(request.target)
+    options = {name: value for name, value in locals().items() if name != "check"}
+    from tactogram.rendering.displays.catalogue import open_display
+    from tactogram.rendering.drive.axes import to_one_axis
+    from tactogram.rendering.files.catalogue import format_for, haptic_suffixes
+    from tactogram.rendering.files.conversion import write_haptic
+    from tactogram.signal.io import WRITABLE, write_signal
+    from tactogram.workflows.data.sources import haptic_name, read_source
+
+    reading: dict[str, Any] = {
+        "unit": unit,
+        "rate": rate,
+        "axes": axes,
+        "time": time,
+        "sheet": sheet,
+        "part": part,
+    }
+    source = Path(source)
+    if check:
+        if target is not None:
+            raise ParameterError("`check` takes one file and writes none; omit `target`")
+        return _checked(source, format, reading)
+    if target is None:
+        raise ParameterError("a target must be given; only `check` takes a source alone")
+    target = Path(target)
+    if source.is_dir():
+        if format is None:
+            raise ParameterError("a folder needs a format; give `format`")
+        return _convert_folder(**options)
     designed = source.suffix.lower() in haptic_suffixes()  # with what a format of ours cannot keep
     if designed and source.exists() and target.exists() and source.samefile(target):
         raise ParameterError(f"{target} would overwrite its source; choose another target")
-    photograph = (mimetypes.guess_type(source.name)[0] or "").startswith("image/")
-    kind = format_for(target, _haptic_name(request.format, target))
+    kind = format_for(target, haptic_name(format, target))
     known = (*WRITABLE, *haptic_suffixes())
     if kind is None and target.suffix.lower() not in known:
         raise ParameterError(
             f"{target}: suffix must be one of {', '.join(known)}, got {target.suffix or 'none'}"
         )
-    if kind is not None and request.subtype is not None:
+    if kind is not None and subtype is not None:
         raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
-    if kind is None and request.display is not None:
-        raise ParameterError(f"`display` is for patterns of on and off, {target.name} is none; omit it")
-    reading = request.reading
-    if kind is None:
-        reading["full_scale"] = request.full_scale
-    given = _drawn(source, request, reading) if photograph else _over_time(source, request, reading)
+    for name, value in (("display", display), ("modality", modality)):
+        if kind is None and value is not None:
+            of = "patterns of on and off" if name == "display" else "haptic formats"
+            raise ParameterError(f"`{name}` is for {of}, {target.name} is none; omit it")
+    given = read_source(
+        source,
+        reading | ({"full_scale": full_scale} if kind is None else {}),
+        axis=axis,
+        map=map,
+        play_at=play_at,
+        width_mm=width_mm,
+        resample_to=resample_to,
+    )
     signal, how, mapped = given.signal, given.reduced_by, given.mapped
-    metadata = given.metadata
-    metadata |= {"played_at_mm_s": request.play_at} if request.play_at is not None else {}
-    metadata |= {"mapped": mapped} if mapped is not None else {}
     # A mapped sound or photograph has one axis, whatever it is called.
-    axis = request.axis if mapped is None else None
+    axis = axis if mapped is None else None
     written = None
     if kind is not None:
         # Several channels are events of one only where the target holds no more.
@@ -99,18 +184,16 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
             given.events if given.events is not None and whole else signal,
             format=kind.name,
             axis=axis,
-            full_scale=request.full_scale,
-            modality=request.modality,
-            motor=None if request.display is None else open_display(request.display),
-            metadata=metadata,
+            full_scale=full_scale,
+            modality=modality,
+            motor=None if display is None else open_display(display),
+            metadata=given.metadata,
         )
         how = how or written["reduced_by"]
     else:
-        if request.modality is not None:
-            raise ParameterError(f"`modality` is for haptic formats, {target.name} is none; omit it")
         if axis is not None:
             signal, how = to_one_axis(signal, axis)
-        write_signal(target, signal, metadata=metadata, subtype=request.subtype)
+        write_signal(target, signal, metadata=given.metadata, subtype=subtype)
     facts = {
         "source": str(source),
         "target": str(target),
@@ -120,62 +203,42 @@ def convert(request: ConversionRequest) -> dict[str, Any]:
         "axes": list(signal.axes),
         "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
         "timing": given.timing,
-        "metadata": metadata,
+        "metadata": given.metadata,
     }
     optional: dict[str, Any] = {"reduced_by": how, "mapped": mapped, "read": given.read, "written": written}
     optional["notes"] = list(given.notes) or None
     return facts | {name: value for name, value in optional.items() if value is not None}
 
 
-def convert_folder(
-    source: Path | str,
-    target: Path | str,
-    *,
-    format: str,
-    progress: ProgressCallback = silent,
-    **options: Any,
+def _convert_folder(
+    source: Path | str, target: Path | str, format: str, progress: ProgressCallback, **options: Any
 ) -> dict[str, Any]:
-    """Convert every readable file of a folder, and of the folders in it; ``options`` are those of `convert`.
+    """Convert every readable file of a folder to the same name in another, with the suffix of ``format``."""
+    from tactogram.rendering.files.catalogue import haptic_suffixes
+    from tactogram.signal.io import READABLE
+    from tactogram.signal.io.atomic import check_writable
+    from tactogram.workflows.data.sources import suffix_of
 
-    ``target`` gets the same names with the suffix of ``format``: a suffix of `WRITABLE` without its dot, or a haptic
-    format.
-
-    Returns
-    -------
-    dict
-        ``source``, ``target``, ``format``, ``files`` (as `convert`, each), ``failed`` (the error by file; the others
-        are written), ``notes`` (names of ``.txt`` files without a table of numbers, skipped), ``left_out`` (number of
-        files of no known format), ``beside`` (the converted haptic file by each file beside it, of the same name,
-        which is not converted: the signal of a design, or the design in another format than ``format``).
-
-    Raises
-    ------
-    DataError
-        If nothing there can be read.
-    ParameterError
-        If there is no such format, two signals would become one, a file in ``source`` would be overwritten, or
-        ``target`` cannot be written to.
-    """
     source, target = Path(source), Path(target)
-    suffix = _suffix_of(format)
+    suffix = suffix_of(format)
     present = sorted(p for p in source.rglob("*") if p.is_file() and not p.name.startswith("."))
     if target.resolve() != source.resolve():
         present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
-    suffixes = (*READABLE, *haptic_suffixes())
-    paths = [p for p in present if p.name.lower().endswith(suffixes)]
-    unreadable = DataError(f"{source}: no file in it can be read; known are {', '.join(suffixes)}")
+    known = (*READABLE, *haptic_suffixes())
+    paths = [p for p in present if p.name.lower().endswith(known)]
+    unreadable = DataError(f"{source}: no file in it can be read; known are {', '.join(known)}")
     if not paths:
         raise unreadable
     made: dict[Path, Path] = {}
     beside: dict[str, str] = {}
     haptic = haptic_suffixes()
-    suffix_of = {path: path.suffix.lower() for path in paths}
-    for path in sorted(paths, key=lambda path: (suffix_of[path] not in haptic, suffix_of[path] != suffix)):
+    suffixes = {path: path.suffix.lower() for path in paths}
+    for path in sorted(paths, key=lambda path: (suffixes[path] not in haptic, suffixes[path] != suffix)):
         place = (target / path.relative_to(source)).with_suffix(suffix)
         first = made.setdefault(place, path)
         if first is path:
             continue
-        if suffix_of[first] not in haptic:
+        if suffixes[first] not in haptic:
             raise ParameterError(f"{first} and {path} would both become {place}; rename one")
         beside[str(path)] = str(first)
     for place in made.keys() & set(present):
@@ -218,6 +281,9 @@ def _is_note(path: Path) -> bool:
 
 def list_formats() -> dict[str, dict[str, str]]:
     """Return every format by name: ``title``, ``suffix``, and what it ``holds``."""
+    from tactogram.rendering.files.catalogue import haptic_formats
+    from tactogram.workflows.data.sources import SIGNAL_FORMATS
+
     haptic = {
         name: {"title": kind.title, "suffix": kind.suffix, "holds": kind.holds}
         for name, kind in haptic_formats().items()
@@ -227,14 +293,11 @@ def list_formats() -> dict[str, dict[str, str]]:
     }
 
 
-def check(path: Path | str, *, format: str | None = None, **reading: Any) -> dict[str, Any]:
-    """Validate a file; return ``file``, ``format``, ``valid``, ``problems`` (a line each).
+def _checked(path: Path, format: str | None, reading: dict[str, Any]) -> dict[str, Any]:
+    from tactogram.rendering.files.reading import check_file
+    from tactogram.signal.io import READABLE, read_columns, read_file
+    from tactogram.signal.io.content import ColumnUse
 
-    Of haptic files `tactogram.rendering.files.check_file` lists all problems; of others, read as `read_file` does with
-    the same arguments, only the first is found, and the result also has ``columns`` of a table (``heading``, ``role``,
-    ``unit``, ``stream``, ``reason``) and ``notes``.
-    """
-    path = Path(path)
     suffix = path.suffix.lower()
     if format is not None or not path.name.lower().endswith(READABLE) or not path.is_file():
         return check_file(path, format=format)
@@ -256,96 +319,3 @@ def check(path: Path | str, *, format: str | None = None, **reading: Any) -> dic
         "columns": [asdict(column) for column in found],
         "notes": list(notes),
     }
-
-
-@dataclass(frozen=True)
-class _Given:
-    """Signal to write, played, mapped and resampled as requested, and its facts as in the result of `convert`."""
-
-    signal: Signal
-    metadata: dict[str, Any]
-    reduced_by: str | None = None
-    mapped: dict[str, Any] | None = None
-    timing: dict[str, Any] | None = None
-    read: dict[str, Any] | None = None
-    notes: tuple[str, ...] = ()
-    events: HapticFile | None = None
-
-
-def _over_time(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
-    """Return a file of a signal, or a haptic one."""
-    if request.width_mm is not None:
-        raise ParameterError(f"`width_mm` is of a photograph, {source.name} is none; omit it")
-    given = _read(source, reading)
-    if request.play_at is not None:
-        if request.map is not None:
-            raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
-        rate = request.resample_to or given.signal.rate * request.play_at
-        return replace(given, signal=played(given.signal, request.play_at, rate), events=None)
-    if request.map is not None:
-        signal, how = to_one_axis(given.signal, request.axis)
-        signal, mapped = sound_to_touch(signal, request.map)
-        given = replace(given, signal=signal, reduced_by=how, mapped=mapped, events=None)
-    if request.resample_to is None:
-        return given
-    return replace(given, signal=resample(given.signal, request.resample_to), events=None)
-
-
-def _drawn(source: Path, request: ConversionRequest, reading: dict[str, Any]) -> _Given:
-    useless = [name for name in (*reading, "map", "axis") if reading.get(name, getattr(request, name))]
-    if useless:
-        raise ParameterError(f"{source}: a photograph has no use for {' or '.join(useless)}; omit it")
-    width, speed = request.width_mm or WIDTH_MM, request.play_at or SPEED_MM_S
-    photograph = read_image(source, width_mm=width)
-    signal = photo_to_touch(photograph, speed_mm_s=speed, rate=request.resample_to or READ_RATE)
-    return _Given(
-        signal, read_image_metadata(source), mapped={"by": "relief", "width_mm": width, "speed_mm_s": speed}
-    )
-
-
-def _haptic_name(format: str | None, target: Path) -> str | None:
-    """Return the name of the haptic format to write; None where the suffix implies it, or the format is not haptic."""
-    if format is None:
-        return None
-    suffix = _suffix_of(format)
-    if target.suffix.lower() != suffix:
-        raise ParameterError(f"format {format} is written as {suffix}, got {target.name}")
-    return format if format not in SIGNAL_FORMATS else None
-
-
-def _suffix_of(format: str) -> str:
-    formats = haptic_formats()
-    if format in formats:
-        return formats[format].suffix
-    if format not in SIGNAL_FORMATS:
-        raise ParameterError(
-            f"format must be one of {', '.join((*formats, *SIGNAL_FORMATS))}, got {format!r}"
-        )
-    return f".{format}"
-
-
-def _read(source: Path, options: dict[str, Any]) -> _Given:
-    # Android has an XML of effects, too, of which only `read_haptic` can say what to write instead.
-    if source.suffix.lower() not in (*haptic_suffixes(), ".xml"):
-        file = read_file(source, **options)
-        metadata = file.metadata
-        timing = None if file.timing is None else asdict(file.timing)
-        if timing is not None:
-            metadata["timing"] = timing
-        return _Given(file.signal, metadata, timing=timing, notes=_notes(file))
-    useless = [name for name in ("unit", "time", "sheet", "part", "full_scale") if options.get(name)]
-    if useless:
-        raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
-    haptic = read_haptic(source, rate=options["rate"])
-    signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
-    whole = haptic if haptic.events is not None and signal is haptic.signal else None
-    metadata = haptic.metadata | {"read_from": haptic.facts}
-    return _Given(signal, metadata, read=haptic.facts, notes=haptic.warnings, events=whole)
-
-
-def _notes(file: SignalFile) -> tuple[str, ...]:
-    """Return the notes on a file, and the streams beside the signal, which are not written."""
-    others = ", ".join(
-        f"{name} ({', '.join(signal.axes)}, {signal.unit})" for name, signal in file.others.items()
-    )
-    return (*file.notes, *([f"not written: {others}; `axes=NAME,NAME` reads them"] if others else []))

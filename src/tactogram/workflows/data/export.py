@@ -5,22 +5,17 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
-from typing import Any
 
 import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
-from tactogram.datasets import Store, open_store
+from tactogram.datasets import Store
 from tactogram.datasets.store.layout import StoredFile, schema
 from tactogram.datasets.store.pending import new_folder
 from tactogram.datasets.store.remote import arrow_place
-from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
-from tactogram.workflows import hub
-from tactogram.workflows.data.requests import DataExportRequest
-from tactogram.workflows.request import takes
 
 LICENCES = re.compile(r"(cc0|cc-by[a-z-]*|mit|apache|odc-by|odbl|bsd[a-z0-9-]*)(-[0-9.]+)?")
 """Names of licences that the Hub knows, in lower case; others are ``other``."""
@@ -33,31 +28,18 @@ PHOTOGRAPH_FEATURES = {
 """Columns of the photographs as the Hub's reader declares them: only so does it decode the pictures."""
 
 
-@takes(DataExportRequest)
-def export_store(request: DataExportRequest) -> dict[str, Any]:
-    """Write a store into the new folder ``out``, and upload it as ``push`` if given; return what was written.
-
-    Raises `ParameterError` if the store has no recordings; `RunError` if ``out`` exists, or the upload fails;
-    `MissingExtraError` if huggingface_hub is not installed.
-    """
-    hub.hub_library()
-    store = open_store(request.path)
-    if not len(store):
-        raise ParameterError(f"{request.path} has no recordings")
-    facts: dict[str, Any] = {"path": str(request.out), "recordings": len(store), "photographs": 0}
+def write_hub_dataset(store: Store, out: Path) -> None:
+    """Write a store into a new folder; `RunError` if it exists."""
     configs = [("default", "data/*.parquet")]
-    with new_folder(Path(request.out)) as folder:
+    with new_folder(out) as folder:
         _write_recordings(store, folder / "data")
         if store.facts.images:
             configs.append(("photographs", "photographs/*.parquet"))
-            facts["photographs"] = _write_photographs(store, folder / "photographs")
+            _write_photographs(store, folder / "photographs")
         if store.facts.ratings is not None:
             configs.append(("ratings", "ratings/*.parquet"))
             ds.write_dataset(_dataset(store, store.facts.ratings), folder / "ratings", format="parquet")
         write_text(folder / "README.md", _card(store, configs))
-    if request.push:
-        facts["pushed"] = hub.push(Path(request.out), request.push, kind="dataset")
-    return facts
 
 
 def _dataset(store: Store, *files: StoredFile, schema: pa.Schema = None) -> ds.Dataset:
@@ -79,8 +61,8 @@ def _write_recordings(store: Store, folder: Path) -> None:
     ds.write_dataset(shards.scanner(columns=columns), folder, format="parquet", preserve_order=True)
 
 
-def _write_photographs(store: Store, folder: Path) -> int:
-    """Write every photograph with its materials as a picture that the Hub's reader decodes; return their number."""
+def _write_photographs(store: Store, folder: Path) -> None:
+    """Write every photograph with its materials as a picture that the Hub's reader decodes."""
     materials: dict[str, list[str]] = {}
     for material, keys in store.photographs_by_material.items():
         for key in keys:
@@ -97,7 +79,6 @@ def _write_photographs(store: Store, folder: Path) -> int:
         pq.write_table(
             table.replace_schema_metadata({"huggingface": info}), folder / f"part-{number}.parquet"
         )
-    return len(store.photograph_keys())
 
 
 def _card(store: Store, configs: list[tuple[str, str]]) -> str:

@@ -5,51 +5,83 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace as replace_field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tactogram.datasets import Ratings, Scale, add_ratings, item_of, join_ratings, open_store
-from tactogram.datasets.ratings.questions import RatingColumns
-from tactogram.datasets.ratings.ratings import scale_of
-from tactogram.datasets.ratings.table import Form, RatingsTable, read_table, write_table
 from tactogram.errors import DataError, MissingExtraError, ParameterError
-from tactogram.statistics.reliability import Level, alpha_library, intraclass_correlation, krippendorff_alpha
-from tactogram.workflows.data.requests import RatingRequest
-from tactogram.workflows.request import takes
+from tactogram.parameters import Settings, checked
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from tactogram.datasets import Ratings, Scale
+    from tactogram.datasets.ratings.questions import RatingColumns
+    from tactogram.datasets.ratings.table import RatingsTable
+    from tactogram.statistics.reliability import Level
 
 SETTINGS = ("words", "ignore", "without", "answers", "item", "encoding")
 
 
-@takes(RatingRequest)
-def rate_store(request: RatingRequest) -> dict[str, Any]:
-    """Add tables of ratings to a store: all of them, or none.
+@checked
+def rate_store(
+    path: Path | str,
+    files: Sequence[Path | str],
+    *,
+    scale: str = "7-point",
+    replace: bool = False,
+    options: Settings | None = None,
+) -> dict[str, Any]:
+    """Add tables of ratings to a store, of one scale and the same words: all of them, or none.
 
-    Keys of the result: ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``,
-    ``blank`` (cells without a score, by rater), ``unrated`` (items of the store without ratings), ``notes`` (what each
-    file was read as, and what was left out), ``sha256`` (of the store).
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+    files : sequence of Path or str
+        A row per score, or a column per word; or an export of PsychoPy, jsPsych, Qualtrics or Google Forms.
+    scale : str
+        7-point, evoked, LOW:HIGH or LOW:HIGH:STEP.
+    replace : bool
+        Replace existing ratings.
+    options : dict, optional
+        column.rater=HEADING (or item, word, score, order, session, a word), words=A,B, ignore=A,B (columns to read and
+        to leave out), without=A,B (items to leave out), answers=A,B (texts, from the lowest to the highest score),
+        item=plate{:0>2} (or one for each file, separated by commas), encoding=cp932.
 
-    Raises `ParameterError` for an unknown setting, or no file; `DataError` as
-    `tactogram.datasets.ratings.table.read_table` and `tactogram.datasets.add_ratings`.
+    Returns
+    -------
+    dict
+        ``path``, ``files``, ``replaced``, ``scale``, ``words``, ``items``, ``raters``, ``scores``, ``blank`` (cells
+        without a score, by rater), ``unrated`` (items of the store without ratings), ``notes`` (what each file was read
+        as, and what was left out), ``sha256`` (of the store).
+
+    Raises
+    ------
+    ParameterError
+        If a setting is unknown, or there is no file.
+    DataError
+        As `tactogram.datasets.ratings.table.read_table` and `tactogram.datasets.add_ratings`.
     """
-    path, files = request.path, request.files
+    from tactogram.datasets import add_ratings, item_of, join_ratings, open_store
+    from tactogram.datasets.ratings.ratings import scale_of
+    from tactogram.datasets.ratings.table import read_table
+
     store = open_store(path)
     if not files:
         raise ParameterError("a table of ratings must be given, got none")
-    if store.facts.ratings is not None and not request.replace:
+    if store.facts.ratings is not None and not replace:
         # Before tables are read, which may take a while.
         raise DataError(
             f"{path} has ratings already ({store.facts.ratings.rows} scores); `replace` puts these in their place"
         )
-    chosen, columns = scale_of(request.scale), _columns(request.settings or {}, len(files))
+    chosen, columns = scale_of(scale), _columns(options or {}, len(files))
     known = {name for name in map(item_of, store.index) if name} | set(store.facts.photographs)
     tables = [
         read_table(Path(file), scale=chosen, columns=how, items=known)
         for file, how in zip(files, columns, strict=True)
     ]
     ratings = join_ratings([table.ratings for table in tables])
-    rated = add_ratings(store, ratings, replace=request.replace)
+    rated = add_ratings(store, ratings, replace=replace)
     blank: dict[str, int] = {}
     for table in tables:
         for rater, count in table.blank.items():
@@ -70,19 +102,38 @@ def rate_store(request: RatingRequest) -> dict[str, Any]:
     }
 
 
-def export_ratings(path: Path | str, out: Path | str, *, form: Form = "long") -> dict[str, Any]:
+@checked
+def export_ratings(path: Path | str, out: Path | str, *, wide: bool = False) -> dict[str, Any]:
     """Write the ratings of a store as a table that `rate_store` reads again.
 
-    The file is ``.csv``, ``.tsv`` or ``.parquet``. The wide form has a row per rater and item and a column per word.
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+    out : Path or str
+        A table: .csv, .tsv or .parquet.
+    wide : bool
+        One row per rater and item and one column per word, instead of one row per score.
 
-    Keys of the result: ``file``, ``scale``, ``scores``, ``items``, ``raters``, ``words``.
+    Returns
+    -------
+    dict
+        ``file``, ``scale``, ``scores``, ``items``, ``raters``, ``words``.
 
-    Raises `DataError` if the store has no ratings; `ParameterError` for another suffix or form.
+    Raises
+    ------
+    DataError
+        If the store has no ratings.
+    ParameterError
+        If the file has another suffix.
     """
+    from tactogram.datasets import open_store
+    from tactogram.datasets.ratings.table import write_table
+
     ratings = open_store(path).ratings
     if ratings is None:
         raise DataError(f"{path} has no ratings; add a table of them (`data rate`)")
-    write_table(Path(out), ratings, form=form)
+    write_table(Path(out), ratings, form="wide" if wide else "long")
     return {
         "file": str(out),
         "scale": asdict(ratings.scale),
@@ -104,6 +155,8 @@ def _notes(files: Sequence[Path | str], tables: Sequence[RatingsTable]) -> list[
 
 def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:
     """Return how to read each of ``files`` tables."""
+    from tactogram.datasets.ratings.questions import RatingColumns
+
     named = {key.removeprefix("column."): str(value) for key, value in settings.items() if "." in key}
     for key in settings:
         if not key.startswith("column.") and key not in SETTINGS:
@@ -136,6 +189,8 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
     ``icc_single``, ``icc_average``, ``icc_items``, ``icc_raters`` (null where it cannot be computed);
     ``alpha_missing``: why no alpha is there, without the extra ``statistics``.
     """
+    import numpy as np
+
     cube = ratings.cube
     given = np.asarray(~np.isnan(cube))
     met = np.asarray(given.any(axis=2))
@@ -165,6 +220,10 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
 
 
 def _word(scores: NDArray[np.float64], level: Level, missing: str) -> dict[str, float | int | None]:
+    import numpy as np
+
+    from tactogram.statistics.reliability import intraclass_correlation, krippendorff_alpha
+
     given = scores[~np.isnan(scores)]
     known: dict[str, float | int | None] = {
         "mean": float(given.mean()) if given.size else None,
@@ -182,6 +241,8 @@ def _word(scores: NDArray[np.float64], level: Level, missing: str) -> dict[str, 
 
 def _alpha_missing() -> str:
     """Return what is to be installed for Krippendorff's alpha; empty if it can be computed."""
+    from tactogram.statistics.reliability import alpha_library
+
     try:
         alpha_library()
     except MissingExtraError as error:

@@ -9,22 +9,17 @@ from functools import partial
 from importlib.metadata import version
 from itertools import chain, groupby, islice
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from tactogram.datasets import open_store
-from tactogram.datasets.examples import cores
-from tactogram.datasets.simulate import RecordingTask, make, study, surface_photographs, tasks
-from tactogram.datasets.simulate.raters.rules import TouchCues
-from tactogram.datasets.simulate.surfaces import Surface
-from tactogram.datasets.store.pending import clear_stale_parts
-from tactogram.datasets.store.writing import check_new, new_store
 from tactogram.errors import DataError, TactogramError
-from tactogram.main_script import allowed_processes
-from tactogram.signal.io.atomic import lock
-from tactogram.workflows.data.requests import SimulationRequest
-from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.request import takes
-from tactogram.workflows.workers import Outcome, in_order, run_tasks
+from tactogram.parameters import Count, Positive, checked
+from tactogram.workflows.progress import ProgressCallback, silent
+
+if TYPE_CHECKING:
+    from tactogram.datasets.simulate import RecordingTask
+    from tactogram.datasets.simulate.raters.rules import TouchCues
+    from tactogram.datasets.simulate.surfaces import Surface
+    from tactogram.workflows.workers import Outcome
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -32,34 +27,90 @@ CHUNK = 8
 """Most recordings that a process makes at a time."""
 
 
-@takes(SimulationRequest)
-def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
-    """Write a simulated set to a new store.
+@checked
+def simulate_to_store(
+    set_name: str,
+    out: Path | str,
+    *,
+    seed: int = 0,
+    per_class: Count | None = None,
+    rate: Positive | None = None,
+    seconds: Positive | None = None,
+    speeds_mm_s: tuple[float, ...] | None = None,
+    photographs: int = 0,
+    raters: int | None = None,
+    signals: int | None = None,
+    random: int | None = None,
+    workers: Count | None = None,
+    on: str = "",
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Simulate a data set of surfaces.
 
-    Keys of the result: ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true), and
-    for a set with ratings ``ratings`` (number of scores), ``raters`` and ``items``.
+    The recordings are the same for any number of ``workers``, and on Ray.
 
-    Raises `ParameterError` for an unknown set or a number out of range, as `simulate` does.
+    Parameters
+    ----------
+    set_name : str
+        One of `tactogram data list`.
+    out : Path or str
+        The new store.
+    seed : int
+        Seed of all that is random.
+    per_class : int, optional
+        Recordings per class.
+    rate : float, optional
+        Sampling rate, Hz.
+    seconds : float, optional
+        Length of a recording.
+    speeds_mm_s : tuple of float, optional
+        Stroking speeds, mm/s (default: the paper's).
+    photographs : int
+        Photographs of each surface, up to 9 places that do not overlap, for learning from photographs; recordings have
+        none of their own then (default: one picture).
+    raters : int, optional
+        Simulated raters, in sets with ratings (default: the paper's).
+    signals : int, optional
+        Display signals of ultrasonic (default: the paper's 39).
+    random : int, optional
+        Surfaces to draw, of the set `surfaces` (default: 100).
+    workers : int, optional
+        Processes (default: all cores).
+    on : str
+        Engine: ray starts Ray on this machine, ray:ADDRESS takes a cluster.
+
+    Returns
+    -------
+    dict
+        ``store``, ``recordings``, ``photographs``, ``materials``, ``sha256``, ``simulated`` (true), and for a set with
+        ratings ``ratings`` (number of scores), ``raters`` and ``items``.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such set, or a number is out of range.
     """
-    set_name, seed, per_class = request.set_name, request.seed, request.per_class
-    photographs, raters, signals = request.photographs, request.raters, request.signals
-    random = request.random
+    from tactogram.datasets import open_store
+    from tactogram.datasets.simulate import make, study, surface_photographs, tasks
+    from tactogram.datasets.store.pending import clear_stale_parts
+    from tactogram.datasets.store.writing import check_new, new_store
+
     shown = surface_photographs(set_name, photographs, seed=seed, random=random)
     todo = tasks(
         set_name,
         seed=seed,
         per_class=per_class,
-        seconds=request.seconds,
-        rate=request.rate,
-        speeds_mm_s=request.speeds_mm_s,
+        seconds=seconds,
+        rate=rate,
+        speeds_mm_s=speeds_mm_s,
         own_images=not photographs,
         random=random,
     )
     given = {
         "per-class": per_class,
-        "seconds": request.seconds,
-        "rate": request.rate,
-        "speeds": ",".join(f"{speed:g}" for speed in request.speeds_mm_s or ()) or None,
+        "seconds": seconds,
+        "rate": rate,
+        "speeds": ",".join(f"{speed:g}" for speed in speeds_mm_s or ()) or None,
         "photographs": photographs or None,
         "raters": raters,
         "signals": signals,
@@ -73,8 +124,9 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
             if value is not None
         ]
     )
-    out, job = Path(request.out), f"{command}, {version('tactogram')}"
+    out, job = Path(out), f"{command}, {version('tactogram')}"
     check_new(out)
+    work = _Work(workers, on, progress)
     rated = study(
         set_name,
         seed=seed,
@@ -82,7 +134,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         raters=raters,
         signals=signals,
         random=random,
-        each=lambda function, surfaces: _rated(function, surfaces, job, request),
+        each=lambda function, surfaces: _rated(function, surfaces, out, job, work),
     )
     with new_store(
         out, name=f"{set_name} (simulated)", licence="CC0-1.0", source=command, simulated=True, job=job
@@ -91,7 +143,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
         before = writer.tasks_done
         left = todo[before:]
         for done, recording in enumerate(
-            _made(make, left, _by_surface(left), "simulate", request, before), before + 1
+            _made(make, left, _by_surface(left), "simulate", work, before), before + 1
         ):
             writer.add(recording)
             writer.keep(done)
@@ -104,7 +156,7 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     _cues_file(out).unlink(missing_ok=True)
     store = open_store(out)
     report = {
-        "store": str(request.out),
+        "store": str(out),
         "recordings": len(store),
         "photographs": len(store.photograph_keys()),
         "materials": len({info.material for info in store.index} - {None}),
@@ -117,29 +169,39 @@ def simulate_to_store(request: SimulationRequest) -> dict[str, Any]:
     return report
 
 
+class _Work(NamedTuple):
+    """Processes or engine of a simulation, and its progress."""
+
+    workers: int | None
+    on: str
+    progress: ProgressCallback
+
+
 def _rated(
-    function: Callable[[Surface], TouchCues], surfaces: list[Surface], job: str, request: SimulationRequest
+    function: Callable[[Surface], TouchCues], surfaces: list[Surface], out: Path, job: str, work: _Work
 ) -> Iterator[TouchCues]:
     """Yield the cues of each surface; each is kept in a line of a file, so that a killed simulation goes on."""
-    file = _cues_file(Path(request.out))
+    from tactogram.signal.io.atomic import lock
+
+    file = _cues_file(out)
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("a+", encoding="utf-8", buffering=1) as lines:
         if not lock(lines.fileno()):
-            raise DataError(
-                f"{request.out}: another process simulates it at present; wait for it, or stop it first"
-            )
+            raise DataError(f"{out}: another process simulates it at present; wait for it, or stop it first")
         kept = _kept_cues(file, job)
         lines.truncate(0)
         lines.writelines(f"{json.dumps(line)}\n" for line in [{"job": job}, *map(asdict, kept)])
         yield from kept
         left = surfaces[len(kept) :]
-        for cues in _made(function, left, _pieces(left), "rate", request, len(kept)):
+        for cues in _made(function, left, _pieces(left), "rate", work, len(kept)):
             lines.write(f"{json.dumps(asdict(cues))}\n")
             yield cues
 
 
 def _kept_cues(file: Path, job: str) -> list[TouchCues]:
     """Return the cues in the complete lines of a file, if a simulation of the same ``job`` left it."""
+    from tactogram.datasets.simulate.raters.rules import TouchCues
+
     lines = file.read_text(encoding="utf-8").split("\n")[:-1]
     if not lines or json.loads(lines[0]) != {"job": job}:
         return []
@@ -155,23 +217,27 @@ def _made(
     items: Sequence[T],
     chunks: Iterable[list[T]],
     title: str,
-    request: SimulationRequest,
+    work: _Work,
     before: int = 0,
 ) -> Iterator[R]:
     """Yield ``function`` of each item, in order; a worker makes a chunk of them at a time.
 
     ``before`` is the number of items that were made before, for the progress.
     """
-    workers = request.workers or cores()
+    from tactogram.datasets.examples import cores
+    from tactogram.main_script import allowed_processes
+    from tactogram.workflows.workers import in_order, run_tasks
+
+    workers = work.workers or cores()
     total = before + len(items)
-    if not request.on and len(items) >= 2 * workers:
-        workers = allowed_processes(request.workers, workers)
-    if not request.on and (workers == 1 or len(items) < 2 * workers):
-        yield from _counted(map(function, items), before, total, request.progress, title)
+    if not work.on and len(items) >= 2 * workers:
+        workers = allowed_processes(work.workers, workers)
+    if not work.on and (workers == 1 or len(items) < 2 * workers):
+        yield from _counted(map(function, items), before, total, work.progress, title)
         return
     numbered = list(enumerate(chunks))
-    outcomes = run_tasks(partial(_all, function), numbered, on=request.on, processes=workers)
-    yield from _counted(_values(in_order(outcomes)), before, total, request.progress, title)
+    outcomes = run_tasks(partial(_all, function), numbered, on=work.on, processes=workers)
+    yield from _counted(_values(in_order(outcomes)), before, total, work.progress, title)
 
 
 def _values(outcomes: Iterable[Outcome[tuple[int, list[T]], list[R]]]) -> Iterator[R]:

@@ -6,39 +6,29 @@ from collections import Counter
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from tactogram.datasets import (
-    Ratings,
-    Recording,
-    Store,
-    add_recordings,
-    materials_without_photographs,
-    materials_without_recordings,
-    open_store,
-)
-from tactogram.datasets.importer import importers
-from tactogram.datasets.importing import import_dataset
-from tactogram.datasets.mapping import read_mapping, write_mapping
-from tactogram.datasets.preview import preview_dataset, proposed_layouts
-from tactogram.datasets.rates import CommonRates
-from tactogram.datasets.recording import FileReading
-from tactogram.datasets.store.remote import is_remote
-from tactogram.datasets.store.store import problems
-from tactogram.datasets.store.writing import copy_store
+from annotated_types import Ge
+
 from tactogram.errors import ParameterError
-from tactogram.signal.io import read_file, read_image
-from tactogram.signal.io.atomic import check_writable
-from tactogram.workflows.data.requests import AdditionRequest, ImportRequest
+from tactogram.parameters import Count, Positive, Settings, checked
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import takes
+
+if TYPE_CHECKING:
+    from tactogram.datasets import Ratings, Store
+
+NotNegative = Annotated[float, Ge(0)]
 
 
 def list_sets() -> dict[str, Any]:
-    """Return the data sets that can be imported and simulated.
+    """List what can be imported and simulated.
 
-    Keys of the result: ``import``: ``title``, ``licence`` and ``description`` by name; ``simulate``: one line by name.
+    Returns
+    -------
+    dict
+        ``import``: ``title``, ``licence`` and ``description`` by name; ``simulate``: one line by name.
     """
+    from tactogram.datasets.importer import importers
     from tactogram.datasets.simulate import simulated_sets
 
     return {
@@ -50,59 +40,92 @@ def list_sets() -> dict[str, Any]:
     }
 
 
-@takes(ImportRequest)
-def import_store(request: ImportRequest) -> dict[str, Any]:
-    """Import a data set; see `tactogram.datasets.importing.import_dataset`, whose report is returned.
+@checked
+def import_store(
+    set_name: str,
+    path: Path | str,
+    out: Path | str | None = None,
+    *,
+    preview: bool = False,
+    mapping: Path | str | None = None,
+    save_mapping: Path | str | None = None,
+    skip_bad: bool = False,
+    options: Settings | None = None,
+    workers: Count | None = None,
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Import a data set into a store.
 
-    With ``preview`` nothing but the file ``save_mapping`` is written, and the result is that of
-    `tactogram.datasets.preview.preview_dataset` with ``mapping`` (the file written, if any) and ``unused_layouts``
-    (columns of layouts in ``mapping`` that no file has).
+    Parameters
+    ----------
+    set_name : str
+        One of `tactogram data list`; `folder` for MATERIAL/*.wav and the like.
+    path : Path or str
+        Where its files are.
+    out : Path or str, optional
+        The new store.
+    preview : bool
+        Show what each column is read as and which files would be skipped; no store is written.
+    mapping : Path or str, optional
+        File of what the columns of the tables hold (.toml), of the set `folder`.
+    save_mapping : Path or str, optional
+        With the preview: write the mapping that it shows, to be edited.
+    skip_bad : bool
+        Report broken files and continue without them.
+    options : dict, optional
+        Facts that the files do not state, e.g. rate=1000.
+    workers : int, optional
+        Processes (default: all cores).
+
+    Returns
+    -------
+    dict
+        The report of `tactogram.datasets.importing.import_dataset`. With ``preview`` that of
+        `tactogram.datasets.preview.preview_dataset`, ``mapping`` (the file written, if any) and ``unused_layouts``
+        (columns of layouts in ``mapping`` that no file has); nothing but the file ``save_mapping`` is written.
+
+    Raises
+    ------
+    ParameterError
+        If ``out`` is missing or no folder, an option is unknown, or ``save_mapping`` comes without ``preview``.
+    DataError
+        If a file cannot be read; nothing is written then.
     """
-    if request.preview:
-        return _preview(request)
-    if request.save_mapping is not None:
+    from tactogram.datasets.importing import import_dataset
+    from tactogram.datasets.mapping import read_mapping
+    from tactogram.datasets.store.remote import is_remote
+
+    if save_mapping is not None and not preview:
         raise ParameterError("save_mapping must come with `preview`")
-    if request.out is None:
+    if out is None and not preview:
         raise ParameterError("out must be given, except with `preview`")
-    if is_remote(request.out):
+    if out is not None and is_remote(out) and not preview:
         raise ParameterError(
-            f"out must be a folder, got {request.out}; `tactogram data copy` the store there afterwards"
+            f"out must be a folder, got {out}; `tactogram data copy` the store there afterwards"
         )
-    return import_dataset(
-        request.set_name,
-        Path(request.path),
-        Path(request.out),
-        options=_options(request),
-        skip_bad=request.skip_bad,
-        workers=request.workers,
-        progress=partial(request.progress, "reading"),
-    )
+    known = dict(options or {})
+    if mapping is not None:
+        known["mapping"] = read_mapping(Path(mapping))
+    reading: dict[str, Any] = {"options": known, "workers": workers, "progress": partial(progress, "reading")}
+    if out is None or preview:
+        facts = _preview(set_name, Path(path), None if save_mapping is None else Path(save_mapping), reading)
+        return facts | {"needs_skip_bad": facts["needs_skip_bad"] and not skip_bad}
+    return import_dataset(set_name, Path(path), Path(out), skip_bad=skip_bad, **reading)
 
 
-def _options(request: ImportRequest) -> dict[str, Any]:
-    options = dict(request.options or {})
-    if request.mapping is not None:
-        options["mapping"] = read_mapping(Path(request.mapping))
-    return options
+def _preview(set_name: str, path: Path, saved: Path | None, reading: dict[str, Any]) -> dict[str, Any]:
+    from tactogram.datasets.mapping import write_mapping
+    from tactogram.datasets.preview import preview_dataset, proposed_layouts
+    from tactogram.signal.io.atomic import check_writable
 
-
-def _preview(request: ImportRequest) -> dict[str, Any]:
-    saved = None if request.save_mapping is None else Path(request.save_mapping)
     if saved is not None:
         if saved.exists():
             raise ParameterError(
                 f"save_mapping must be a new file, {saved} exists; remove it or choose another"
             )
         check_writable(saved)
-    options = _options(request)
-    facts = preview_dataset(
-        request.set_name,
-        Path(request.path),
-        options=options,
-        workers=request.workers,
-        progress=partial(request.progress, "reading"),
-    )
-    layouts = options["mapping"].layout if request.mapping is not None else ()
+    facts = preview_dataset(set_name, path, **reading)
+    layouts = reading["options"]["mapping"].layout if "mapping" in reading["options"] else ()
     if saved is not None:
         write_mapping(saved, proposed_layouts(facts, layouts))
     met = [[column["heading"] for column in layout["columns"]] for layout in facts["layouts"]]
@@ -110,11 +133,29 @@ def _preview(request: ImportRequest) -> dict[str, Any]:
     return facts | {"mapping": None if saved is None else str(saved), "unused_layouts": unused}
 
 
+@checked
 def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
-    """Copy a store to a folder or a URL; see `tactogram.datasets.store.writing.copy_store`.
+    """Copy a store to an object store such as S3, back, or to another folder, and check it on the way.
 
-    Keys of the result: ``path`` (of the copy), ``recordings``, ``sha256``, ``bytes``.
+    Parameters
+    ----------
+    source : Path or str
+        A store.
+    target : Path or str
+        A folder, or a URL such as s3://bucket/path.
+
+    Returns
+    -------
+    dict
+        ``path`` (of the copy), ``recordings``, ``sha256``, ``bytes``.
+
+    Raises
+    ------
+    DataError, ParameterError
+        As `tactogram.datasets.store.writing.copy_store`.
     """
+    from tactogram.datasets.store.writing import copy_store
+
     store = copy_store(source, target, progress=partial(progress, "copying"))
     return {
         "path": str(store.path),
@@ -124,16 +165,32 @@ def copy(source: Path | str, target: Path | str, *, progress: ProgressCallback =
     }
 
 
+@checked
 def store_info(path: Path | str) -> dict[str, Any]:
-    """Return a description of a store.
+    """Describe what a store holds.
 
-    Keys of the result: ``name``, ``licence``, ``source``, ``simulated``, ``sha256``, ``recordings``, ``bytes``,
-    ``streams`` (unit, domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by
-    name), and the numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``photographs`` (of each
-    material that has any, by name), ``without_photographs`` and ``without_recordings`` (materials that have only the
-    other), ``ratings`` (`workflows.data.rating_summary.ratings_info`; null where there are none), ``duplicates`` and
-    ``skipped`` as lists.
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+
+    Returns
+    -------
+    dict
+        ``name``, ``licence``, ``source``, ``simulated``, ``sha256``, ``recordings``, ``bytes``, ``streams`` (unit,
+        domain, axes, rates, recordings and total seconds or mm by name), ``materials`` (recordings by name), and the
+        numbers of different ``contactors``, ``sessions``, ``subjects``, ``images``; ``photographs`` (of each material
+        that has any, by name), ``without_photographs`` and ``without_recordings`` (materials that have only the
+        other), ``ratings`` (`workflows.data.rating_tables.ratings_info`; null where there are none), ``duplicates`` and
+        ``skipped`` as lists.
+
+    Raises
+    ------
+    DataError
+        If it is no store.
     """
+    from tactogram.datasets import materials_without_photographs, materials_without_recordings, open_store
+
     store = open_store(path)
     facts = store.facts
     materials = Counter(info.material or "(none)" for info in store.index)
@@ -160,11 +217,28 @@ def store_info(path: Path | str) -> dict[str, Any]:
     }
 
 
+@checked
 def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dict[str, Any]:
-    """Read all of a store and compare it with its hashes.
+    """Check every shard of a store against its hash.
 
-    Keys of the result: ``path``, ``recordings``, ``sha256``, ``ok``, and ``problems``, one line each.
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+
+    Returns
+    -------
+    dict
+        ``path``, ``recordings``, ``sha256``, ``ok``, and ``problems``, one line each.
+
+    Raises
+    ------
+    DataError
+        If it is no store.
     """
+    from tactogram.datasets import open_store
+    from tactogram.datasets.store.store import problems
+
     store = open_store(path)
     found = problems(store, progress=partial(progress, "checking"))
     return {
@@ -176,51 +250,108 @@ def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dic
     }
 
 
-@takes(AdditionRequest)
-def add_signal(request: AdditionRequest) -> dict[str, Any]:
-    """Add a signal file to a store as a recording; it is on the disk when this returns.
+@checked
+def add_signal(
+    path: Path | str,
+    file: Path | str,
+    *,
+    material: str,
+    stream: str | None = None,
+    speed_mm_s: NotNegative | None = None,
+    force_n: NotNegative | None = None,
+    contactor: str | None = None,
+    session: str | None = None,
+    subject: str | None = None,
+    photograph: Path | str | None = None,
+    simulated: bool = False,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+) -> dict[str, Any]:
+    """Add a recording to a store; it is on the disk when this returns.
 
     The unit is by default that of the store's stream, and so is a rate estimated from time stamps if it is close. A
     file that says it is simulated is taken as simulated.
 
-    Keys of the result: ``path``, ``id``, ``material``, ``added`` (False for a duplicate), ``recordings``, ``sha256``,
-    ``sha256_before`` (runs trained on the store keep the recordings they name), ``simulated`` (of this recording), and
-    ``mixed``: whether the store now has both simulated and measured recordings.
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+    file : Path or str
+        A signal.
+    material : str
+        What was touched.
+    stream : str, optional
+        Name of the stream (default: the store's only one).
+    speed_mm_s : float, optional
+        Stroking speed, mm/s.
+    force_n : float, optional
+        Normal force, N.
+    contactor : str, optional
+        What touched the surface.
+    session : str, optional
+        Name of the session.
+    subject : str, optional
+        Who stroked, as a code.
+    photograph : Path or str, optional
+        Photograph of the surface.
+    simulated : bool
+        The signal was computed, not measured.
+    unit, rate, axes, time, sheet, part
+        As of `tactogram.convert`.
 
-    Raises `ParameterError` if the store has several streams and ``stream`` is None.
+    Returns
+    -------
+    dict
+        ``path``, ``id``, ``material``, ``added`` (False for a duplicate), ``recordings``, ``sha256``, ``sha256_before``
+        (runs trained on the store keep the recordings they name), ``simulated`` (of this recording), and ``mixed``:
+        whether the store now has both simulated and measured recordings.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read.
+    ParameterError
+        If the store has several streams and ``stream`` is None.
     """
-    store, file, stream = open_store(request.path), Path(request.file), request.stream
+    from tactogram.datasets import Recording, add_recordings, open_store
+    from tactogram.datasets.rates import CommonRates
+    from tactogram.datasets.recording import FileReading
+    from tactogram.signal.io import read_file, read_image
+
+    store, file = open_store(path), Path(file)
     if stream is None:
         if len(store.streams) != 1:
             raise ParameterError(f"stream must be one of {', '.join(store.streams)}, got none")
         [stream] = store.streams
-    unit = request.unit
     if unit is None and stream in store.streams:
         unit = store.streams[stream].unit
-    read = read_file(file, **request.reading | {"unit": unit})
+    read = read_file(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
+    estimated = read.timing is not None and rate is None
     recording = Recording(
         streams={stream: read.signal},
-        material=request.material,
+        material=material,
         source=file.name,
         history=("added by hand",),
         # The output of a simulator, or of a model trained on simulated data, stays simulated.
-        simulated=request.simulated or str(read.metadata.get("simulated", "")).lower() == "true",
-        image=None if request.photograph is None else read_image(request.photograph),
-        speed_mm_s=request.speed_mm_s,
-        force_n=request.force_n,
-        contactor=request.contactor,
-        session=request.session,
-        subject=request.subject,
-        reading=FileReading(
-            read.columns, False, read.timing, read.timing is not None and request.rate is None
-        ),
+        simulated=simulated or str(read.metadata.get("simulated", "")).lower() == "true",
+        image=None if photograph is None else read_image(photograph),
+        speed_mm_s=speed_mm_s,
+        force_n=force_n,
+        contactor=contactor,
+        session=session,
+        subject=subject,
+        reading=FileReading(read.columns, False, read.timing, estimated),
     )
     recording = CommonRates.of(store).united(recording)
     bigger = add_recordings(store, [recording], durable=True)
     return {
-        "path": str(request.path),
+        "path": str(path),
         "id": recording.id,
-        "material": request.material,
+        "material": material,
         "added": len(bigger) > len(store),
         "recordings": len(bigger),
         "sha256": bigger.sha256,
@@ -228,6 +359,95 @@ def add_signal(request: AdditionRequest) -> dict[str, Any]:
         "simulated": recording.simulated,
         "mixed": len({info.simulated for info in bigger.index}) > 1,
     }
+
+
+@checked
+def find_similar_to_file(
+    path: Path | str,
+    file: Path | str,
+    *,
+    stream: str | None = None,
+    count: Count = 5,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+) -> dict[str, Any]:
+    """Find the recordings of a store whose spectra are nearest to a file's, without a trained run.
+
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+    file : Path or str
+        A signal.
+    stream : str, optional
+        Stream to search (default: as in training).
+    count : int
+        Number of results.
+    unit, rate, axes, time, sheet, part
+        As of `tactogram.convert`.
+
+    Returns
+    -------
+    dict
+        The result of `tactogram.workflows.recognition.spectral_search.find_similar`.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read.
+    ParameterError
+        If there is no such stream, or the signal cannot be compared with it.
+    """
+    from tactogram.signal.io import read_signal
+    from tactogram.workflows.recognition.spectral_search import find_similar
+
+    signal = read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
+    return find_similar(path, signal, stream=stream, count=count)
+
+
+@checked
+def export_store(path: Path | str, *, out: Path | str, push: str | None = None) -> dict[str, Any]:
+    """Write a store as a data set of the Hugging Face Hub.
+
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+    out : Path or str
+        New folder.
+    push : str, optional
+        Also upload it, e.g. as lab/cork.
+
+    Returns
+    -------
+    dict
+        ``path``, ``recordings``, ``photographs`` (their numbers), and ``pushed`` (where to).
+
+    Raises
+    ------
+    ParameterError
+        If the store has no recordings.
+    RunError
+        If ``out`` exists, or the upload fails.
+    MissingExtraError
+        If huggingface_hub is not installed.
+    """
+    from tactogram.datasets import open_store
+    from tactogram.workflows import hub
+    from tactogram.workflows.data.export import write_hub_dataset
+
+    hub.hub_library()
+    store = open_store(path)
+    if not len(store):
+        raise ParameterError(f"{path} has no recordings")
+    write_hub_dataset(store, Path(out))
+    photographs = len(store.photograph_keys()) if store.facts.images else 0
+    facts = {"path": str(out), "recordings": len(store), "photographs": photographs}
+    return facts | ({"pushed": hub.push(Path(out), push, kind="dataset")} if push else {})
 
 
 def _ratings_info(ratings: Ratings) -> dict[str, Any]:

@@ -1,23 +1,26 @@
-"""Actuator calibration: friction by person, a transducer's circuit; and playback on a device."""
+"""Actuators: friction calibrated by person, a transducer's circuit, its tracked carrier; playback on a device."""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
+from annotated_types import Ge, Gt, Le
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
-from tactogram.rendering.drive.modulation import carrier_of
-from tactogram.rendering.drive.safety import safe
-from tactogram.rendering.transducer.circuit import fitted_transducer, read_sweep
-from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
-from tactogram.signal.io import read_signal
-from tactogram.workflows.rendering.requests import CalibrationRequest, PlayRequest
-from tactogram.workflows.request import takes
+from tactogram.parameters import Settings, Share, checked
 
+if TYPE_CHECKING:
+    from tactogram.rendering.transducer.digilent import AnalogDiscovery
+    from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
+
+PositiveShare = Annotated[float, Gt(0), Le(1)]
+Steps = Annotated[int, Ge(1), Le(1_000_000)]
+StepTime = Annotated[float, Ge(0), Le(3600)]
+LoopTime = Annotated[float, Gt(0), Le(1e6)]
+Seed = Annotated[int, Ge(0)]
 LEAST_HZ = 1000.0
 """Transducers of ultrasonic displays resonate above it."""
 CIRCUIT = (
@@ -26,23 +29,44 @@ CIRCUIT = (
 )
 
 
-@takes(CalibrationRequest)
-def calibrate(request: CalibrationRequest) -> dict[str, Any]:
-    """Fit voltage to friction, person by person, and write the settings of an electrovibration display.
+@checked
+def calibrate(
+    pairs: Path | str, out: Path | str, *, normal_force_n: float | None = None, confidence: float = 0.95
+) -> dict[str, Any]:
+    """Fit voltage to friction, person by person, for an electrovibration display.
 
-    Keys of the result: ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and
-    ``spread``: largest over least k_e of the people.
+    Parameters
+    ----------
+    pairs : Path or str
+        CSV with the columns voltage_v_rms, friction; person and normal_force_n if known.
+    out : Path or str
+        Settings of the display, .toml.
+    normal_force_n : float, optional
+        Normal force, N, where the table does not state it.
+    confidence : float
+        Confidence of the intervals.
 
-    Raises `DataError` or `ParameterError` if the table cannot be read, or a person's pairs determine nothing. Nothing
-    is written then.
+    Returns
+    -------
+    dict
+        ``file``, ``people`` (the fit by name, with ``square_law_holds`` and ``settings``) and ``spread``: largest over
+        least k_e of the people.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If the table cannot be read, or a person's pairs determine nothing; nothing is written then.
     """
-    if Path(request.out).suffix != ".toml":
-        raise ParameterError(f"`out` must end in .toml, got {request.out}")
-    pairs = read_pairs(request.pairs, normal_force_n=request.normal_force_n)
-    found = [calibrated(one, confidence=request.confidence) for one in pairs]
+    from tactogram.rendering.drive.friction_calibration import calibrated, read_pairs, write_calibrations
+
+    if Path(out).suffix != ".toml":
+        raise ParameterError(f"`out` must end in .toml, got {out}")
+    found = [
+        calibrated(one, confidence=confidence) for one in read_pairs(pairs, normal_force_n=normal_force_n)
+    ]
     constants = [one.newton_per_v2 for one in found]
     return {
-        "file": str(write_calibrations(request.out, found)),
+        "file": str(write_calibrations(out, found)),
         "people": {
             one.person: {
                 **one.model_dump(mode="json"),
@@ -55,20 +79,30 @@ def calibrate(request: CalibrationRequest) -> dict[str, Any]:
     }
 
 
+@checked
 def transducer(sweep: Path | str) -> dict[str, Any]:
-    """Return the circuit fitted to a measured admittance, with the settings of a display.
+    """Identify a transducer's resonance and Q from its measured admittance.
 
-    ``sweep``: CSV with columns ``frequency_hz``, ``conductance_s``, ``susceptance_s``.
-
-    Raises `DataError` or `ParameterError` if the table cannot be read, too much of it was lost, or it holds no
-    resonance.
+    Parameters
+    ----------
+    sweep : Path or str
+        CSV with the columns frequency_hz, conductance_s, susceptance_s; or a log of `track`, whose sweep is read.
 
     Returns
     -------
     dict
-        The circuit: `CIRCUIT` and ``settling_ms``; ``residual`` (largest, over the
-        largest admittance), ``points`` (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
+        The circuit: `CIRCUIT` and ``settling_ms``; ``residual`` (largest, over the largest admittance), ``points``
+        (fitted to), ``lost`` (no numbers in the table), ``settings`` for a display.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If the table cannot be read, too much of it was lost, or it holds no resonance.
     """
+    import numpy as np
+
+    from tactogram.rendering.transducer.circuit import fitted_transducer, read_sweep
+
     frequency, admittance = read_sweep(sweep)
     if frequency.max() < LEAST_HZ:
         raise ParameterError(
@@ -87,17 +121,179 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
     }
 
 
-@takes(PlayRequest)
-def play(request: PlayRequest) -> dict[str, Any]:
-    """Play a rendered envelope on a device that makes the carrier itself.
+@checked
+def track(
+    *,
+    display: str,
+    generator: str = "simulated",
+    amps_per_volt: float | None = None,
+    volts_per_volt: float = 1.0,
+    skew_s: float = 0.0,
+    share: PositiveShare = 0.25,
+    steps: Steps = 100,
+    every_s: StepTime = 0.0,
+    channel: int = 1,
+    seed: Seed = 0,
+    changes: Settings | None = None,
+    out: Path | str | None = None,
+    status: Callable[[str], None] | None = None,
+    opened: Callable[..., AnalogDiscovery] | None = None,
+) -> dict[str, Any]:
+    """Keep a carrier at a transducer's resonance, by its measured voltage and current.
 
-    The file is a drive rendered for a display whose output is ``envelope``: one axis, V. It is streamed once, and faded
-    where it does not begin and end at 0 V; with ``loop_s`` it repeats from the device's own buffer.
+    ``status`` receives a line now and then; ``opened`` opens the generator, in tests.
+
+    Parameters
+    ----------
+    display : str
+        An ultrasonic one with output = 'envelope', by name or file.
+    generator : str
+        digilent[:SERIAL], or simulated with its own bench.
+    amps_per_volt : float, optional
+        1 over the shunt's resistance in ohm.
+    volts_per_volt : float
+        Factor of the voltage probe.
+    skew_s : float
+        Delay of the current's sample after the voltage's, s.
+    share : float
+        Share of the largest voltage.
+    steps : int
+        Steps after the lock.
+    every_s : float
+        Seconds from step to step; 0 is as fast as possible.
+    channel : int
+        Channel of the generator.
+    seed : int
+        Seed of the simulated bench.
+    changes : dict, optional
+        Values of `CarrierTracking`, e.g. method=dither_conductance, timing.settle_s=0.1, scope.rate=200000,
+        bench.drift_hz_per_s=1.
+    out : Path or str, optional
+        Log of everything measured, .csv.
 
     Returns
     -------
     dict
-        Samples sent and lost, see `AnalogDiscovery.facts`.
+        ``resonance_hz``, ``q``, ``r1_ohm``, ``c0_farad`` (of the last lock's sweep), ``carrier_hz`` (at the end),
+        ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``lost`` (those
+        repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
+        ``interrupted``, ``simulated``, ``settings`` for the display, ``file``.
+
+    Raises
+    ------
+    ParameterError
+        If the display or the changes do not fit.
+    TrackingError, DeviceError, MissingExtraError
+        If there is no resonance, or a device fails; it is at 0 V then, and the log is written all the same.
+    """
+    from tactogram.rendering.displays.catalogue import open_display
+    from tactogram.rendering.drive.modulation import CarrierSettings
+    from tactogram.rendering.transducer.digilent import AnalogDiscovery
+    from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTracking
+
+    kind, _, serial = generator.partition(":")
+    if kind not in ("digilent", SIMULATED):
+        raise ParameterError(f"generator must be digilent, digilent:SERIAL or simulated, got {generator!r}")
+    if out is not None and Path(out).suffix.lower() != ".csv":
+        raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
+    known = open_display(display).settings
+    if not isinstance(known, CarrierSettings):
+        raise ParameterError(f"{display}: has no carrier; choose a display with a resonance")
+    given = {
+        "amps_per_volt": amps_per_volt,
+        "volts_per_volt": volts_per_volt,
+        "skew_s": skew_s,
+        "share": share,
+        "log": out,
+    }
+    simulated = generator == SIMULATED
+    tracking = CarrierTracking(
+        known,
+        {name: value for name, value in given.items() if value is not None} | dict(changes or {}),
+        serial=SIMULATED if simulated else serial,
+        channel=channel,
+        opened=opened or AnalogDiscovery,
+        seed=seed,
+        felt=False,
+    )
+    interrupted = False
+    # Twice the time of all steps: the device then stops by itself.
+    longest_s = 2 * steps * (2 * tracking.each_s + every_s)
+    try:
+        with tracking.generator(longest_s=longest_s) as device:
+            if status is not None:
+                status(f"locked at {tracking.tracker.frequency_hz:.1f} Hz")
+            for step in range(steps):
+                tracking.step(device)
+                point = tracking.tracker.log[-1]
+                if status is not None:
+                    status(
+                        f"{step + 1:6} of {steps}  {point.state:6}  {point.next_hz:9.1f} Hz  "
+                        f"{1e3 * point.conductance_s:.3f} mS"
+                    )
+                if every_s:
+                    time.sleep(every_s)
+    except KeyboardInterrupt:
+        interrupted = True
+    result = _result(tracking, interrupted=interrupted, simulated=simulated)
+    return result | ({"file": str(out)} if out is not None else {})
+
+
+def _result(tracking: CarrierTracking, *, interrupted: bool, simulated: bool) -> dict[str, Any]:
+    found, facts = tracking.tracker.fitted, tracking.facts()
+    result: dict[str, Any] = {
+        **{name: getattr(tracking.measure, name, 0) for name in ("measured", "repeated", "lost")},
+        **{name: facts[name] for name in ("steps", "locks")},
+        "interrupted": interrupted,
+        "simulated": simulated,
+    }
+    if found is None or not facts["locks"]:
+        return result
+    return result | {
+        **{name: facts[name] for name in ("carrier_hz", "lowest_hz", "highest_hz")},
+        **{name: getattr(found, name) for name in ("resonance_hz", "q", "r1_ohm", "c0_farad")},
+        "settings": {"carrier_hz": facts["carrier_hz"], "q": found.q},
+    }
+
+
+@checked
+def play(
+    file: Path | str,
+    *,
+    display: str,
+    device: str = "digilent",
+    channel: int = 1,
+    loop_s: LoopTime | None = None,
+    strength: Share = 1.0,
+    full_scale: float | None = None,
+    opened: Callable[..., AnalogDiscovery] | None = None,
+) -> dict[str, Any]:
+    """Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself.
+
+    A Digilent streams an envelope once, faded where it does not begin and end at 0 V, or repeats it from its own
+    buffer; ``opened`` opens it, in tests. On a sound card Ctrl-C fades the drive out.
+
+    Parameters
+    ----------
+    file : Path or str
+        The drive, as `render` wrote it for the display.
+    display : str
+        That display, by name or file; a Digilent needs an envelope's: one axis, V.
+    device : str
+        digilent[:SERIAL], audio[:NAME], or null, with no actuator connected.
+    channel : int
+        Channel of the Digilent.
+    loop_s : float, optional
+        Repeat the drive for this time, s.
+    strength : float
+        Share of the drive, on audio and null.
+    full_scale : float, optional
+        Voltage of the amplifier at the sound card's full scale, for a display driven in V.
+
+    Returns
+    -------
+    dict
+        Samples sent and lost, see `AnalogDiscovery.facts`; or ``file`` and `Playback.facts`.
 
     Raises
     ------
@@ -106,11 +302,23 @@ def play(request: PlayRequest) -> dict[str, Any]:
     MissingExtraError, DeviceError
         If the library, driver or device is missing.
     """
-    file, loop_s = request.file, request.loop_s
-    kind, _, serial = request.device.partition(":")
+    from tactogram.rendering.displays.catalogue import open_display
+    from tactogram.rendering.drive.modulation import carrier_of
+    from tactogram.rendering.drive.safety import safe
+    from tactogram.rendering.transducer.digilent import AnalogDiscovery, generator
+    from tactogram.signal.io import read_signal
+    from tactogram.workflows.rendering.playback import Playback, play_to_end
+
+    kind, _, serial = device.partition(":")
+    if kind in ("audio", "null"):
+        drive, known = read_signal(Path(file)), open_display(display)
+        playing = Playback(
+            drive, known, device=device, strength=strength, loop_s=loop_s, full_scale=full_scale
+        )
+        return {"file": str(file), **play_to_end(playing)}
     if kind != "digilent":
-        raise ParameterError(f"device must be digilent or digilent:SERIAL, got {request.device!r}")
-    known = open_display(request.display)
+        raise ParameterError(f"device must be digilent or digilent:SERIAL, got {device!r}")
+    known = open_display(display)
     settings = carrier_of(known)
     drive = read_signal(Path(file))
     if drive.unit != known.unit or len(drive.axes) != 1 or drive.domain != "time":
@@ -128,8 +336,7 @@ def play(request: PlayRequest) -> dict[str, Any]:
     ends = float(max(drive.samples[0, 0], drive.samples[0, -1]))
     if loop_s is None and ends > 0.01 * known.limit:
         drive, _ = safe(drive.with_samples(drive.samples, axes=known.channels), known.of(rate=drive.rate))
-    opened = request.opened or AnalogDiscovery
-    with opened(generator(settings, channel=request.channel, serial=serial)) as output:
+    with (opened or AnalogDiscovery)(generator(settings, channel=channel, serial=serial)) as output:
         if loop_s is None:
             output.play(drive)
         else:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import threading
-import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -14,7 +13,6 @@ import numpy as np
 from pydantic import Field
 
 from tactogram.errors import DeviceError, ParameterError, TactogramError
-from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.modulation import CarrierSettings
 from tactogram.rendering.transducer.admittance import (
     DigilentRecorder,
@@ -30,8 +28,6 @@ from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, 
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.signal.io.atomic import check_writable
 from tactogram.validation import FrozenModel, validated
-from tactogram.workflows.rendering.requests import TrackRequest
-from tactogram.workflows.request import takes
 
 SIMULATED = "simulated"
 """Name of the generator that is simulated, with its transducer and its converter."""
@@ -65,9 +61,10 @@ class FollowingSettings(FrozenModel):
 class CarrierTracking:
     """Carrier of one display, kept at its transducer's resonance from one stream to the next.
 
-    ``changes`` are values of `FollowingSettings`, and those of `TrackRequest`, by key. A ``simulated`` generator
-    replaces the device of ``serial``, which ``opened`` opens; ``seed`` is that of its noise. Of a display that is
-    ``felt`` meanwhile, steps are short, and nothing is swept again or measured without voltage.
+    ``changes`` are values of `FollowingSettings`, `TrackingSettings`, `MeasurementTiming` (``timing.settle_s``),
+    `ScopeSettings` (``scope.rate``) and of the simulated `BenchSettings` (``bench.drift_hz_per_s``), by key. A
+    ``simulated`` generator replaces the device of ``serial``, which ``opened`` opens; ``seed`` is that of its noise. Of
+    a display that is ``felt`` meanwhile, steps are short, and nothing is swept again or measured without voltage.
 
     Raises `ParameterError` if the display has no resonance, its generator does not make the carrier, or a value is
     wrong.
@@ -226,74 +223,3 @@ def tables_of(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
             raise ParameterError(f"{key}: must be a key of tracking, or begin with timing., scope. or bench.")
         tables[table if dot else ""][name if dot else key] = value
     return tables
-
-
-@takes(TrackRequest)
-def track(request: TrackRequest) -> dict[str, Any]:
-    """Find a transducer's resonance, and keep the carrier at it.
-
-    Keys of the result: ``resonance_hz``, ``q``, ``r1_ohm``, ``c0_farad`` (of the last lock's sweep), ``carrier_hz`` (at
-    the end), ``lowest_hz``, ``highest_hz``, ``measured``, ``repeated`` (measurements with lost samples), ``lost``
-    (those repeated in vain), ``steps``, ``locks`` (more than one: the resonance was lost and found again),
-    ``interrupted``, ``simulated``, ``settings`` for the display, ``file``.
-
-    Raises `ParameterError` if the display or the changes do not fit; `TrackingError`, `DeviceError` or
-    `MissingExtraError` if there is no resonance, or a device fails; it is at 0 V then, and the log is written all the
-    same.
-    """
-    out, status = request.out, request.status
-    if out is not None and Path(out).suffix.lower() != ".csv":
-        raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
-    known = open_display(request.display).settings
-    if not isinstance(known, CarrierSettings):
-        raise ParameterError(f"{request.display}: has no carrier; choose a display with a resonance")
-    names = ("amps_per_volt", "volts_per_volt", "skew_s", "share")
-    given = {name: getattr(request, name) for name in names} | {"log": out}
-    simulated = request.generator == SIMULATED
-    tracking = CarrierTracking(
-        known,
-        {name: value for name, value in given.items() if value is not None} | dict(request.changes or {}),
-        serial=SIMULATED if simulated else request.generator.partition(":")[2],
-        channel=request.channel,
-        opened=request.opened or AnalogDiscovery,
-        seed=request.seed,
-        felt=False,
-    )
-    interrupted = False
-    # Twice the time of all steps: the device then stops by itself.
-    longest_s = 2 * request.steps * (2 * tracking.each_s + request.every_s)
-    try:
-        with tracking.generator(longest_s=longest_s) as device:
-            if status is not None:
-                status(f"locked at {tracking.tracker.frequency_hz:.1f} Hz")
-            for step in range(request.steps):
-                tracking.step(device)
-                point = tracking.tracker.log[-1]
-                if status is not None:
-                    status(
-                        f"{step + 1:6} of {request.steps}  {point.state:6}  {point.next_hz:9.1f} Hz  "
-                        f"{1e3 * point.conductance_s:.3f} mS"
-                    )
-                if request.every_s:
-                    time.sleep(request.every_s)
-    except KeyboardInterrupt:
-        interrupted = True
-    result = _result(tracking, interrupted=interrupted, simulated=simulated)
-    return result | ({"file": str(out)} if out is not None else {})
-
-
-def _result(tracking: CarrierTracking, *, interrupted: bool, simulated: bool) -> dict[str, Any]:
-    found, facts = tracking.tracker.fitted, tracking.facts()
-    result: dict[str, Any] = {
-        **{name: getattr(tracking.measure, name, 0) for name in ("measured", "repeated", "lost")},
-        **{name: facts[name] for name in ("steps", "locks")},
-        "interrupted": interrupted,
-        "simulated": simulated,
-    }
-    if found is None or not facts["locks"]:
-        return result
-    return result | {
-        **{name: facts[name] for name in ("carrier_hz", "lowest_hz", "highest_hz")},
-        **{name: getattr(found, name) for name in ("resonance_hz", "q", "r1_ohm", "c0_farad")},
-        "settings": {"carrier_hz": facts["carrier_hz"], "q": found.q},
-    }

@@ -8,22 +8,18 @@ from __future__ import annotations
 
 import threading
 import time
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, ParameterError, TactogramError
-from tactogram.rendering.displays.catalogue import display_family, open_display
+from tactogram.rendering.displays.catalogue import display_family
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.safety import DriveGuard
 from tactogram.rendering.sound_card import opened_card, sound_cards
 from tactogram.rendering.transducer.digilent import find_devices
 from tactogram.signal import Signal
-from tactogram.signal.io import read_signal
-from tactogram.workflows.rendering.requests import PlayRequest
-from tactogram.workflows.request import takes
 
 State = Literal["waiting", "playing", "ended", "stopped", "failed"]
 
@@ -45,7 +41,7 @@ def outputs() -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        ``device`` (as in `PlayRequest`), ``title``, ``missing`` (one line on what it lacks, or None), ``simulated``
+        ``device`` (as in `play`), ``title``, ``missing`` (one line on what it lacks, or None), ``simulated``
         (no actuator connected).
     """
     found: list[dict[str, Any]] = []
@@ -256,17 +252,8 @@ class Playback:
         return np.asarray(shares, np.float32)
 
 
-@takes(PlayRequest)
-def play_drive(request: PlayRequest) -> dict[str, Any]:
-    """Play a rendered drive on a sound card or the null device; Ctrl-C fades it out. Returns `Playback.facts`."""
-    playing = Playback(
-        read_signal(Path(request.file)),
-        open_display(request.display),
-        device=request.device,
-        strength=request.strength,
-        loop_s=request.loop_s,
-        full_scale=request.full_scale,
-    )
+def play_to_end(playing: Playback) -> dict[str, Any]:
+    """Play a drive until it ends; Ctrl-C fades it out. Returns `Playback.facts`."""
     result: dict[str, Any] = {}
     # Not by joining the thread: in Python 3.11 a join after an interrupted one returns at once, before the fade.
     ended = threading.Event()
@@ -287,4 +274,4 @@ def play_drive(request: PlayRequest) -> dict[str, Any]:
         ended.wait()
     if (raised := result.pop("raised", None)) is not None:
         raise raised
-    return {"file": str(request.file), **result}
+    return result

@@ -3,30 +3,27 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import numpy as np
+from annotated_types import Gt, Le
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.displays.catalogue import display_family, open_display, shipped
-from tactogram.rendering.displays.display import Display
-from tactogram.rendering.displays.response import write_response
-from tactogram.rendering.drive.fit import Drive, fit
-from tactogram.rendering.drive.friction_calibration import calibration_of
-from tactogram.rendering.drive.sweep import exponential_sweep, identify
-from tactogram.rendering.level import parse_level
-from tactogram.signal import Signal
-from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
-from tactogram.signal.io.atomic import atomic_write
-from tactogram.validation import validated
-from tactogram.workflows.rendering.requests import RenderRequest, ResponseRequest, SweepRequest
-from tactogram.workflows.request import takes
+from tactogram.parameters import Count, Positive, Settings, checked
+
+if TYPE_CHECKING:
+    from tactogram.rendering.displays.display import Display
+    from tactogram.rendering.drive.fit import Drive
+    from tactogram.rendering.level import Level
+
+PositiveShare = Annotated[float, Gt(0), Le(1)]
 
 
 def list_displays() -> dict[str, Any]:
     """Return the facts by which to choose a display, for each that comes with the package."""
+    from tactogram.rendering.displays.catalogue import open_display, shipped
+
     return {
         name: {
             "title": display.title,
@@ -42,14 +39,43 @@ def list_displays() -> dict[str, Any]:
     }
 
 
-def show_display(name: str, *, changes: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Return the settings of a display, by name or file, as JSON values."""
+@checked
+def describe_displays(name: str | None = None, *, changes: Settings | None = None) -> dict[str, Any]:
+    """List the displays, or show one.
+
+    Parameters
+    ----------
+    name : str, optional
+        Display to show, by name or file (default: list all).
+    changes : dict, optional
+        Change a value of the display, e.g. limit=2.
+
+    Returns
+    -------
+    dict
+        Of one its settings as JSON values, and the ``levels`` that make sense for it; else `list_displays`.
+
+    Raises
+    ------
+    ParameterError, DataError
+        If there is no such display, or a value is wrong.
+    """
+    from tactogram.rendering.displays.catalogue import open_display
+
+    if name is None:
+        return list_displays()
     display = open_display(name, changes=changes)
     return {**display.model_dump(mode="json"), "levels": levels_of(display)}
 
 
 def levels_of(display: Display) -> list[str]:
     """Return the kinds of level that make sense for the display with some signal, tried on 0.2 s."""
+    import numpy as np
+
+    from tactogram.rendering.drive.fit import fit
+    from tactogram.rendering.level import parse_level
+    from tactogram.signal import Signal
+
     t = np.arange(200) / 1000
     probe = np.sin(2 * np.pi * 100 * t) + 1.5
     found = []
@@ -64,38 +90,91 @@ def levels_of(display: Display) -> list[str]:
     return found
 
 
-@takes(RenderRequest)
-def render(request: RenderRequest) -> dict[str, Any]:
-    """Write the drive that renders a file on a display, and the report next to it.
+@checked
+def render(
+    file: Path | str,
+    out: Path | str,
+    *,
+    display: str,
+    level: str | Level,
+    how: str | None = None,
+    speed_mm_s: float | None = None,
+    calibration: Path | str | None = None,
+    person: str | None = None,
+    figure: bool = False,
+    changes: Settings | None = None,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+) -> dict[str, Any]:
+    """Render a signal to the drive of a display, with a report of what changed.
 
-    Keys of the result: ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
+    Parameters
+    ----------
+    file : Path or str
+        The signal.
+    out : Path or str
+        The drive: .wav, .csv, .npz …; F.report.json is written next to it.
+    display : str
+        One of `displays`, or a TOML file.
+    level : str or Level
+        physical, sensation, sensation=DB, gain=FACTOR or peak=SHARE.
+    how : str, optional
+        How axes become one: dft321, mean, channels or the name of an axis.
+    speed_mm_s : float, optional
+        Finger speed, mm/s, for a signal over displacement.
+    calibration : Path or str, optional
+        Calibration of an electrovibration display, as `calibrate` wrote it (.toml).
+    person : str, optional
+        Person, where the calibration holds several.
+    figure : bool
+        Also draw the report: F.report.png.
+    changes : dict, optional
+        Change a value of the display, e.g. limit=2.
+    unit, rate, axes, time, sheet, part
+        As of `tactogram.convert`.
 
-    Raises `ParameterError` if ``out`` is no signal file or the signal itself, or ``person`` comes without
-    ``calibration``.
+    Returns
+    -------
+    dict
+        ``file``, ``report_file``, ``report`` (see `Report`), ``text``, and ``figure``.
+
+    Raises
+    ------
+    ParameterError
+        If ``out`` is no signal file or the signal itself, or ``person`` comes without ``calibration``.
     """
-    out, file, changes = Path(request.out), request.file, request.changes or {}
+    from tactogram.rendering.displays.catalogue import open_display
+    from tactogram.rendering.drive.fit import fit
+    from tactogram.rendering.level import parse_level
+    from tactogram.signal.io import WRITABLE, read_metadata, read_signal
+
+    out = Path(out)
     if out.suffix.lower() not in WRITABLE:
         raise ParameterError(
             f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix or 'none'}"
         )
     if out.exists() and Path(file).exists() and out.samefile(file):
         raise ParameterError(f"{out}: is the signal itself, which the drive would replace; name another file")
-    level = parse_level(request.level) if isinstance(request.level, str) else request.level
-    display = open_display(request.display, changes=changes)
-    if request.calibration is not None:
-        display = calibrated_display(display, request.calibration, request.person, kept=changes)
-    elif request.person is not None:
+    known = open_display(display, changes=changes)
+    if calibration is not None:
+        known = calibrated_display(known, calibration, person, kept=changes or {})
+    elif person is not None:
         raise ParameterError("`person` chooses among the people of `calibration`: give both")
-    signal = read_signal(file, **request.reading)
-    drive = fit(signal, display, level=level, axes=request.how, speed_mm_s=request.speed_mm_s)
+    signal = read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
+    wanted = parse_level(level) if isinstance(level, str) else level
+    drive = fit(signal, known, level=wanted, axes=how, speed_mm_s=speed_mm_s)
     report = drive.report.as_json() | {"source_file": str(file)}
     simulated = read_metadata(file).get("simulated")
     if simulated is not None:
         report["simulated"] = simulated
     written = write_drive(out, drive, report=report)
     result = {"file": str(out), "report_file": str(written), "report": report, "text": drive.report.as_text()}
-    if request.report_figure:
-        result["figure"] = str(save_drive_figure(out.with_suffix(".report.png"), drive, display))
+    if figure:
+        result["figure"] = str(save_drive_figure(out.with_suffix(".report.png"), drive, known))
     return result
 
 
@@ -107,6 +186,10 @@ def calibrated_display(
     Raises `DataError` or `ParameterError` if there is no such calibration, the display is of another family, or
     ``kept`` (changes by dotted key) holds one of the constants: whose it then is could not be said.
     """
+    from tactogram.rendering.displays.catalogue import display_family
+    from tactogram.rendering.drive.friction_calibration import calibration_of
+    from tactogram.validation import validated
+
     family = display_family(display.family)
     if not family.calibrated:
         raise ParameterError(
@@ -123,6 +206,9 @@ def calibrated_display(
 
 def write_drive(out: Path, drive: Drive, *, report: Mapping[str, Any]) -> Path:
     """Write a drive with the display's name in its metadata, and the report next to it; return the report's file."""
+    from tactogram.signal.io import write_signal
+    from tactogram.signal.io.atomic import atomic_write
+
     facts = {"display": drive.report.display, "level": str(drive.report.level["asked"])}
     if "simulated" in report:
         facts["simulated"] = report["simulated"]
@@ -136,41 +222,130 @@ def write_drive(out: Path, drive: Drive, *, report: Mapping[str, Any]) -> Path:
 def save_drive_figure(path: Path, drive: Drive, display: Display) -> Path:
     """Write the figure of a drive and return its path."""
     from tactogram.rendering.figures import drive_figure
+    from tactogram.signal.io.atomic import atomic_write
 
     with atomic_write(path) as part:
         drive_figure(drive, display).savefig(part, format="png", dpi=150)
     return path
 
 
-@takes(SweepRequest)
-def write_sweep(request: SweepRequest) -> dict[str, Any]:
-    """Write the sweep that measures a display's response, as a drive, and return its facts."""
-    display = open_display(request.display, changes=request.changes)
-    sweep = exponential_sweep(display, seconds=request.seconds, level=request.share, band=request.band)
-    measured = request.band or display.band or (10.0, 0.45 * display.rate)
-    facts = {"display": display.name, "sweep": True, "band": list(measured), "share_of_limit": request.share}
-    write_signal(request.out, sweep, metadata=facts)
-    return {"file": str(request.out), "seconds": sweep.seconds, "rate": sweep.rate, **facts}
+@checked
+def write_sweep(
+    display: str,
+    out: Path | str,
+    *,
+    seconds: float = 10.0,
+    share: PositiveShare = 0.25,
+    band: tuple[float, float] | None = None,
+    changes: Settings | None = None,
+) -> dict[str, Any]:
+    """Write the sweep that measures a display's response.
 
+    Parameters
+    ----------
+    display : str
+        One of `displays`, or a TOML file.
+    out : Path or str
+        File of the sweep.
+    seconds : float
+        Length of the sweep, s.
+    share : float
+        Amplitude as a share of the display's limit.
+    band : tuple of float, optional
+        Lowest and highest frequency, Hz; by default the display's.
+    changes : dict, optional
+        Change a value of the display, e.g. limit=2.
 
-@takes(ResponseRequest)
-def write_identified(request: ResponseRequest) -> dict[str, Any]:
-    """Write the response that leads from a played sweep to its recordings as CSV, and return a summary.
+    Returns
+    -------
+    dict
+        ``file``, ``seconds``, ``rate``, ``display``, ``sweep``, ``band``, ``share_of_limit``.
 
-    Raises `ParameterError` if ``out`` is no CSV, the sweep does not state its band, or a recording has several axes and
-    none is named.
+    Raises
+    ------
+    ParameterError
+        If there is no such display, or it cannot play the band.
     """
-    out = Path(request.out)
+    from tactogram.rendering.displays.catalogue import open_display
+    from tactogram.rendering.drive.sweep import exponential_sweep
+    from tactogram.signal.io import write_signal
+
+    known = open_display(display, changes=changes)
+    sweep = exponential_sweep(known, seconds=seconds, level=share, band=band)
+    measured = band or known.band or (10.0, 0.45 * known.rate)
+    facts = {"display": known.name, "sweep": True, "band": list(measured), "share_of_limit": share}
+    write_signal(out, sweep, metadata=facts)
+    return {"file": str(out), "seconds": sweep.seconds, "rate": sweep.rate, **facts}
+
+
+@checked
+def write_identified(
+    played: Path | str,
+    recorded: Sequence[Path | str],
+    out: Path | str,
+    *,
+    band: tuple[float, float] | None = None,
+    axis: str | None = None,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+) -> dict[str, Any]:
+    """Identify a display's response from a played sweep and its recording.
+
+    Parameters
+    ----------
+    played : Path or str
+        The sweep, as `sweep` wrote it.
+    recorded : sequence of Path or str
+        The measured output; several takes are averaged.
+    out : Path or str
+        The response, .csv.
+    band : tuple of float, optional
+        Lowest and highest frequency, Hz; by default the sweep's.
+    axis : str, optional
+        Axis of the recordings, where they have several.
+    unit, rate, axes, time, sheet, part
+        As of `tactogram.convert`.
+
+    Returns
+    -------
+    dict
+        ``file``, ``unit``, ``band``, ``delay_ms``, ``gain_largest``, ``at_hz``, ``coherence_median``,
+        ``coherence_least``, ``trusted_hz`` (from and to where the coherence is at least 0.9), ``takes``.
+
+    Raises
+    ------
+    ParameterError
+        If ``out`` is no CSV, the sweep does not state its band, or a recording has several axes and none is named.
+    """
+    import numpy as np
+
+    from tactogram.rendering.displays.response import write_response
+    from tactogram.rendering.drive.sweep import identify
+    from tactogram.signal.io import read_metadata, read_signal
+
+    out = Path(out)
     if out.suffix.lower() != ".csv":
         raise ParameterError(f"{out}: a response is written as .csv")
-    sweep = read_signal(request.played)
-    band = request.band or read_metadata(request.played).get("band")
+    sweep = read_signal(played)
+    band = band or read_metadata(played).get("band")
     if band is None:
-        raise ParameterError(f"{request.played} does not state the band it sweeps: give `band`")
-    recordings = [read_signal(file, **request.reading) for file in request.recorded]
-    if request.axis:
-        recordings = [recording.select(request.axis) for recording in recordings]
-    for file, recording in zip(request.recorded, recordings, strict=True):
+        raise ParameterError(f"{played} does not state the band it sweeps: give `band`")
+    reading: dict[str, Any] = {
+        "unit": unit,
+        "rate": rate,
+        "axes": axes,
+        "time": time,
+        "sheet": sheet,
+        "part": part,
+    }
+    recordings = [read_signal(file, **reading) for file in recorded]
+    if axis:
+        recordings = [recording.select(axis) for recording in recordings]
+    for file, recording in zip(recorded, recordings, strict=True):
         if len(recording.axes) > 1:
             raise ParameterError(f"{file} has axes {', '.join(recording.axes)}: choose one with `axis`")
     low, high = band

@@ -1,15 +1,17 @@
-"""A stream on its backend, with its motion and status lines."""
+"""A stream on its backend, with its motion, level, status lines and files."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.model import limits_of
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.modulation import carrier_of
 from tactogram.rendering.streaming.backends import (
@@ -20,17 +22,26 @@ from tactogram.rendering.streaming.backends import (
     run_miniaudio,
     run_unpaced,
 )
+from tactogram.rendering.streaming.contact import ContactSettings
+from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MotionSource
 from tactogram.rendering.streaming.network import NetworkBlocks, NetworkMotion, parse_address
+from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram.rendering.streaming.output import Stream
 from tactogram.rendering.streaming.recorded_motion import MotionFile, MouseMotion, SimulatedHand
+from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture, SurfaceTexture
 from tactogram.rendering.transducer.digilent import PREFILL_S, AnalogDiscovery, generator
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
+from tactogram.signal import Signal
+from tactogram.signal.io import WRITABLE, write_signal
+from tactogram.signal.io.atomic import atomic_write, check_writable
+from tactogram.signal.texture_map import NAMES
 from tactogram.workflows.rendering.carrier_tracking import SIMULATED, CarrierTracking
 from tactogram.workflows.rendering.playback import full_scale_of
-from tactogram.workflows.streaming.requests import StreamRequest
 
 BackendKind = Literal["null", "file", "clock", "audio", "osc", "digilent"]
+REHEARSAL_S = 5.0
+"""Time that the textures are tried under a simulated hand to find the level, s."""
 StatusCallback = Callable[[float], None]
 DEVICES = "null, audio, audio:NAME, digilent, digilent:SERIAL or osc:HOST:PORT"
 
@@ -85,17 +96,17 @@ class Backend:
         return self.kind in ("null", "file", "clock") or (self.kind, self.device) == ("digilent", SIMULATED)
 
 
-def motion_of(request: StreamRequest, clock: Clock) -> MotionSource:
-    """Return the source of the finger's motion."""
-    match request.motion:
+def motion_of(motion: str, clock: Clock, *, seconds: float, seed: int, listen: str = "") -> MotionSource:
+    """Return the source of the finger's motion; ``listen`` is the address of osc."""
+    match motion:
         case "simulated":
-            return SimulatedHand(request.seconds + 1, seed=request.seed)
+            return SimulatedHand(seconds + 1, seed=seed)
         case "mouse":
             return MouseMotion()
         case "osc":
-            host, port = parse_address(request.listen or "127.0.0.1")
+            host, port = parse_address(listen or "127.0.0.1")
             return NetworkMotion(host=host, port=port, clock=clock.now)
-    return MotionFile(request.motion)
+    return MotionFile(motion)
 
 
 def run(
@@ -181,3 +192,99 @@ def status_lines(running: Stream, status: Callable[[str, float], None]) -> Statu
         )
 
     return tell
+
+
+def check_files(out: Path | None, figure: Path | None) -> None:
+    """Refuse paths that could not be written in the end: an hour of streaming would be lost."""
+    if out is not None and out.suffix.lower() not in WRITABLE:
+        raise ParameterError(f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix}")
+    if figure is not None and figure.suffix.lower() != ".png":
+        raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
+    for path in filter(None, (out, figure)):
+        check_writable(path)
+
+
+def only_surface(textures: Sequence[StreamingTexture], display: str) -> SurfaceTexture:
+    """Return the only surface of a display that streams one at a time; `ParameterError` if there are others."""
+    if len(textures) != 1 or not isinstance(textures[0], SurfaceTexture):
+        raise ParameterError(
+            f"{display}: streams one surface at a time, a friction coefficient over displacement (or over time, with "
+            f"`speed_mm_s`); got {', '.join(texture.name for texture in textures)}"
+        )
+    return textures[0]
+
+
+def rehearsal(
+    textures: Sequence[StreamingTexture],
+    *,
+    rate: float,
+    most: int,
+    seed: int,
+    weights: Mapping[str, float] | None = None,
+    contact: ContactSettings | None = None,
+) -> Signal:
+    """Return some seconds of the textures under a simulated hand, for the level."""
+    hand = SimulatedHand(REHEARSAL_S + 1, seed=seed + 1)
+    engine = Engine(textures, hand, rate=rate, most=most, weights=weights, contact=contact)
+    tried = Stream(engine, record_s=REHEARSAL_S)
+    run_unpaced(tried, seconds=REHEARSAL_S)
+    if tried.error is not None:
+        raise tried.error
+    return Signal(tried.recorded, rate, engine.unit, engine.axes)
+
+
+def gliding(
+    engine: Engine, begin: Mapping[str, float], end: Mapping[str, float], seconds: float
+) -> Callable[[float], None]:
+    """Return a function that sets the weights at a time between one mix and another."""
+    goal = {name: end.get(name, 0.0) for name in engine.names}
+    start = {name: begin.get(name, 0.0) for name in engine.names}
+
+    def at(now_s: float) -> None:
+        share = min(1.0, max(0.0, now_s / seconds))
+        engine.set_weights({name: (1 - share) * start[name] + share * goal[name] for name in engine.names})
+
+    return at
+
+
+def limited(running: Stream) -> list[str]:
+    """Return a sentence for each texture whose recorded speeds or forces a sliding finger left."""
+    engine = running.engine
+    track = running.track[running.track[:, 1] > engine.finger.settings.moving_mm_s]
+    return [
+        str(limit)
+        for texture in engine.textures
+        if isinstance(texture, AutoregressiveTexture | ModulatedNoiseTexture)
+        for name, nodes, seen in zip(
+            NAMES, (texture.table.grid.speeds, texture.table.grid.forces), track[:, 1:].T, strict=True
+        )
+        if nodes[-1] > 0 and seen.any()  # zeros are unknown
+        for limit in limits_of(name, seen, (nodes[0], nodes[-1]), f"of {texture.name}")
+    ]
+
+
+def write_sent(
+    running: Stream, facts: Mapping[str, Any], out: Path | None, figure: Path | None
+) -> dict[str, str]:
+    """Write the blocks sent and their figure, each where it has a path, and return the paths: ``file``, ``figure``."""
+    written: dict[str, str] = {}
+    if out is None and figure is None:
+        return written
+    sent = Signal(running.recorded, running.engine.rate, running.unit, running.channels)
+    if out is not None:
+        metadata = {name: facts[name] for name in ("simulated", "textures", "weights", "backend", "limited")}
+        write_signal(out, sent, metadata=metadata)
+        written["file"] = str(out)
+    if figure is not None:
+        from tactogram.rendering.figures import stream_figure
+
+        count = len(facts["textures"])
+        what = facts["textures"][0] if count == 1 else f"{count} textures"
+        of = " (simulated)" if facts["textures_simulated"] else ""
+        of += (
+            " under a simulated hand" if facts["motion"]["simulated"] else f" under {facts['motion']['from']}"
+        )
+        with atomic_write(figure) as part:
+            stream_figure(sent, running.track, title=f"{what}{of}").savefig(part, format="png", dpi=130)
+        written["figure"] = str(figure)
+    return written

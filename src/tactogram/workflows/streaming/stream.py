@@ -4,47 +4,120 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from annotated_types import Ge, Gt, Le
 
 from tactogram.errors import ParameterError
-from tactogram.model import limits_of
-from tactogram.rendering.displays.catalogue import display_family, open_display
-from tactogram.rendering.displays.display import Display
-from tactogram.rendering.drive.modulation import carrier_of
-from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.backends import Clock, run_unpaced
-from tactogram.rendering.streaming.contact import ContactSettings
-from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.network import NetworkMotion
-from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
-from tactogram.rendering.streaming.output import DisplayOutput, Stream, check_streams
-from tactogram.rendering.streaming.recorded_motion import SimulatedHand
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, StreamingTexture, SurfaceTexture
-from tactogram.rendering.transducer.digilent import AnalogDiscovery
-from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
-from tactogram.signal.io.atomic import atomic_write, check_writable
-from tactogram.signal.io.files import WRITABLE
-from tactogram.signal.texture_map import NAMES
-from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
-from tactogram.workflows.rendering.playback import full_scale_of
-from tactogram.workflows.request import takes
-from tactogram.workflows.streaming.requests import StreamRequest
-from tactogram.workflows.streaming.session import Backend, motion_of, run, status_lines
-from tactogram.workflows.streaming.textures import TextureSettings, textures_of
+from tactogram.parameters import Count, Positive, Settings, checked
+
+if TYPE_CHECKING:
+    from tactogram.rendering.displays.display import Display
+    from tactogram.rendering.transducer.digilent import AnalogDiscovery
+    from tactogram.workflows.streaming.session import Backend, BackendKind
 
 PLAIN_RATE = 8000.0
 """Rate of a stream without a display, Hz."""
-REHEARSAL_S = 5.0
-"""Time that the textures are tried under a simulated hand to find the level, s."""
+Duration = Annotated[float, Gt(0), Le(24 * 3600)]
+BlockTime = Annotated[float, Gt(0), Le(5)]
+Gain = Annotated[float, Ge(0)]
+Seed = Annotated[int, Ge(0)]
 
 
-@takes(StreamRequest)
-def stream(request: StreamRequest) -> dict[str, Any]:
-    """Stream runs and files, mixed, under a finger, and return the measurements.
+@checked
+def stream(
+    sources: Path | str | Sequence[Path | str],
+    *,
+    motion: str = "simulated",
+    backend: Literal["null", "file", "clock", "audio", "osc", "digilent"] = "null",
+    display: str | None = None,
+    level: str | None = None,
+    changes: Settings | None = None,
+    seconds: Duration = 10.0,
+    mix: Mapping[str, float] | None = None,
+    mix_to: Mapping[str, float] | None = None,
+    speed_mm_s: float | None = None,
+    along: Literal["path", "x", "y"] = "path",
+    how: str | None = None,
+    block_ms: BlockTime = 5.0,
+    listen: str = "",
+    to: str = "",
+    device: str | None = None,
+    full_scale: float | None = None,
+    tap_gain: Gain = 4.0,
+    realtime: bool = False,
+    track: Settings | None = None,
+    seed: Seed = 0,
+    out: Path | str | None = None,
+    figure: Path | str | None = None,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+    status: Callable[[str, float], None] | None = None,
+    tell: Callable[[str], None] | None = None,
+    opened: Callable[..., AnalogDiscovery] | None = None,
+) -> dict[str, Any]:
+    """Play textures that follow a finger, and measure how late they are.
 
-    With ``mix_to`` the weights go there evenly over the whole time. Without a display the textures themselves are
-    streamed, in their own unit.
+    By default ten seconds under a simulated hand, to no actuator. With ``mix_to`` the weights go there evenly over the
+    whole time. Without a display the textures themselves are streamed, in their own unit.
+
+    ``status`` receives a line now and then, and the time in s; ``tell`` a line about the display's equaliser before
+    anything plays; ``opened`` opens the generator, in tests.
+
+    Parameters
+    ----------
+    sources : Path, str or sequence of them
+        Generators (runs) and signals, streamed at the same time.
+    motion : str
+        Where the finger's motion comes from: simulated, osc, mouse or a file.
+    backend : {"null", "file", "clock", "audio", "osc", "digilent"}
+        Where the blocks go.
+    display : str, optional
+        One of `displays`, or a TOML file.
+    level : str, optional
+        Level, as for `render`; found under a simulated hand before the stream begins.
+    changes : dict, optional
+        Change a value of the display, e.g. linear.cap_db=10.
+    seconds : float
+        Length of the stream, s.
+    mix : mapping, optional
+        Weights by material or file stem, e.g. A=0.6,B=0.4 (default: all the same).
+    mix_to : mapping, optional
+        Weights at the end, reached while it plays, e.g. A=0,B=1.
+    speed_mm_s : float, optional
+        Speed at which signals over time were recorded or are generated, mm/s.
+    along : {"path", "x", "y"}
+        Path or axis over which a surface is laid out.
+    how : str, optional
+        How axes become one: dft321 or an axis's name.
+    block_ms : float
+        Length of a block, ms.
+    listen : str
+        Address that receives motion, HOST:PORT (default 127.0.0.1:9120).
+    to : str
+        Address that receives blocks, HOST:PORT (default: the sender of the motion).
+    device : str, optional
+        A sound card, by name or number; the serial number of a Digilent.
+    full_scale : float, optional
+        Voltage of the amplifier at the sound card's full scale, for a display driven in V.
+    tap_gain : float
+        Gain of a landing's transient, 0 for none.
+    realtime : bool
+        Ask the system for real-time priority.
+    track : dict, optional
+        Keep a Digilent's carrier at the transducer's resonance, e.g. amps_per_volt=0.1; further keys as of `track`.
+    seed : int
+        Seed of noise and simulated hand.
+    out : Path or str, optional
+        File of the blocks sent: .wav, .csv, .npz …
+    figure : Path or str, optional
+        Its spectrogram under the finger's speed, as .png.
+    unit, rate, axes, time, sheet, part
+        As of `tactogram.convert`.
 
     Returns
     -------
@@ -55,160 +128,150 @@ def stream(request: StreamRequest) -> dict[str, Any]:
 
     Raises
     ------
-    TactogramError
+    ParameterError, TactogramError
         If an option is wrong, or something failed on the way (after the display was brought to rest).
+
+    Examples
+    --------
+    >>> ridges = tactogram.Signal([0, 1, 0, -1] * 500, 20, "1", domain="displacement")
+    >>> tactogram.write_signal("ridges.npz", ridges)
+    >>> tactogram.stream("ridges.npz", backend="file", seconds=1)["simulated"]
+    True
     """
-    sources = [request.sources] if isinstance(request.sources, str | Path) else request.sources
-    out = Path(request.out) if request.out is not None else None
-    figure = Path(request.figure) if request.figure is not None else None
-    _check_files(out, figure)
-    display = None
-    if request.display is not None:
-        display = open_display(request.display, changes=request.changes)
-    backend = _backend(request, display)
-    rate = PLAIN_RATE if display is None else display.rate
-    if display is not None:
-        check_streams(display)
-    most = max(1, int(request.block_ms / 1e3 * rate + 1e-9))
-    axes = request.how or (display.axes if display is not None else "dft321")
-    texture_settings = TextureSettings(
-        rate, most, axes, request.speed_mm_s, request.along, None, request.seed
+    from tactogram.rendering.displays.catalogue import display_family, open_display
+    from tactogram.rendering.level import parse_level
+    from tactogram.rendering.streaming.backends import Clock
+    from tactogram.rendering.streaming.contact import ContactSettings
+    from tactogram.rendering.streaming.engine import Engine
+    from tactogram.rendering.streaming.network import NetworkMotion
+    from tactogram.rendering.streaming.output import DisplayOutput, Stream, check_streams
+    from tactogram.workflows.streaming import session
+    from tactogram.workflows.streaming.textures import TextureSettings, textures_of
+
+    _check_combination(motion, backend, display, level, track)
+    sources = [sources] if isinstance(sources, str | Path) else sources
+    files = [None if path is None else Path(path) for path in (out, figure)]
+    session.check_files(*files)
+    known = None if display is None else open_display(display, changes=changes)
+    destination = _backend(
+        backend,
+        known,
+        device=device,
+        to=to,
+        full_scale=full_scale,
+        realtime=realtime,
+        track=track,
+        opened=opened,
     )
-    mix, mix_to = request.mix or {}, request.mix_to or {}
-    names = list(dict.fromkeys([*mix, *mix_to]))
-    textures, simulated = textures_of(sources, names, texture_settings, **request.reading)
-    weights = dict.fromkeys(names, 0.0) | dict(mix) if names else None
-    contact = ContactSettings(gain=request.tap_gain)
+    played_rate = PLAIN_RATE if known is None else known.rate
+    if known is not None:
+        check_streams(known)
+    most = max(1, int(block_ms / 1e3 * played_rate + 1e-9))
+    one_axis = how or (known.axes if known is not None else "dft321")
+    settings = TextureSettings(played_rate, most, one_axis, speed_mm_s, along, None, seed)
+    names = list(dict.fromkeys([*(mix or {}), *(mix_to or {})]))
+    reading: dict[str, Any] = {
+        "unit": unit,
+        "rate": rate,
+        "axes": axes,
+        "time": time,
+        "sheet": sheet,
+        "part": part,
+    }
+    textures, simulated = textures_of(sources, names, settings, **reading)
+    weights = dict.fromkeys(names, 0.0) | dict(mix or {}) if names else None
+    contact = ContactSettings(gain=tap_gain)
     output = None
-    if display is not None and request.level is not None:
-        rehearsed: Signal | SurfaceTexture
-        if display_family(display.family).stream_surface is not None:
-            rehearsed = _only_surface(textures, display.name)
-        else:
-            rehearsed = rehearsal(
-                textures, rate=rate, most=most, seed=request.seed, weights=weights, contact=contact
+    if known is not None and level is not None:
+        together: dict[str, Any] = {"most": most, "weights": weights, "contact": contact}
+        if display_family(known.family).stream_surface is not None:
+            output = DisplayOutput(
+                known, session.only_surface(textures, known.name), level=parse_level(level)
             )
-        output = DisplayOutput(display, rehearsed, level=parse_level(request.level))
-        if request.tell is not None and (sentence := output.sentence()) is not None:
-            request.tell(sentence)
+        else:
+            rehearsed = session.rehearsal(textures, rate=played_rate, seed=seed, **together)
+            output = DisplayOutput(known, rehearsed, level=parse_level(level))
+        if tell is not None and (sentence := output.sentence()) is not None:
+            tell(sentence)
     clock = Clock()
-    motion = motion_of(request, clock)
+    finger = session.motion_of(motion, clock, seconds=seconds, seed=seed, listen=listen)
     try:
-        engine = Engine(textures, motion, rate=rate, most=most, weights=weights, contact=contact)
-        on_block = _gliding(engine, weights or {}, mix_to, request.seconds) if mix_to else None
-        keep = request.seconds if out is not None or figure is not None else 0.0
-        running = Stream(engine, output, record_s=keep, on_block=on_block)
+        engine = Engine(textures, finger, rate=played_rate, most=most, weights=weights, contact=contact)
+        on_block = session.gliding(engine, weights or {}, mix_to, seconds) if mix_to else None
+        running = Stream(engine, output, record_s=seconds if any(files) else 0.0, on_block=on_block)
         running.warm_up()
-        status = None if request.status is None else status_lines(running, request.status)
-        device = run(running, backend, seconds=request.seconds, clock=clock, motion=motion, status=status)
-        if isinstance(motion, NetworkMotion):
-            device["network"] = motion.facts()
+        lines = None if status is None else session.status_lines(running, status)
+        ran = session.run(running, destination, seconds=seconds, clock=clock, motion=finger, status=lines)
+        if isinstance(finger, NetworkMotion):
+            ran["network"] = finger.facts()
     finally:
-        motion.close()
+        finger.close()
     if running.error is not None:
         raise running.error
     facts = running.facts() | {
-        "backend": request.backend,
-        "seconds": request.seconds,
-        "simulated": simulated or motion.simulated,
+        "backend": backend,
+        "seconds": seconds,
+        "simulated": simulated or finger.simulated,
         "textures_simulated": simulated,
         "interrupted": running.stopped,
-        "realtime_asked": request.realtime,
-        "limited": limited(running),
-        **device,
+        "realtime_asked": realtime,
+        "limited": session.limited(running),
+        **ran,
     }
-    return facts | write_sent(running, facts, out, figure)
+    return facts | session.write_sent(running, facts, *files)
 
 
-def _check_files(out: Path | None, figure: Path | None) -> None:
-    """Refuse paths that could not be written in the end: an hour of streaming would be lost."""
-    if out is not None and out.suffix.lower() not in WRITABLE:
-        raise ParameterError(f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix}")
-    if figure is not None and figure.suffix.lower() != ".png":
-        raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
-    for path in filter(None, (out, figure)):
-        check_writable(path)
+def _check_combination(
+    motion: str, backend: str, display: str | None, level: str | None, track: Settings | None
+) -> None:
+    """Refuse what does not go together before anything moves."""
+    if (display is None) != (level is None):
+        raise ParameterError(
+            "a display needs a level and a level a display: give `display` and `level`, or neither"
+        )
+    if backend in ("audio", "digilent") and display is None:
+        raise ParameterError(f"the {backend} backend moves an actuator: give its `display`, and `level`")
+    if track is not None and backend != "digilent":
+        raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {backend}")
+    if backend == "file" and motion in ("osc", "mouse"):
+        raise ParameterError(
+            f"backend file is not in real time, so motion cannot come from {motion}: use clock"
+        )
 
 
-def _backend(request: StreamRequest, display: Display | None) -> Backend:
-    full_scale = 1.0
-    if request.backend == "audio" and display is not None:
-        full_scale = full_scale_of(display, "audio", request.full_scale)
-    tracking = None
-    if request.track is not None and display is not None:
+def _backend(
+    kind: BackendKind,
+    display: Display | None,
+    *,
+    device: str | None,
+    to: str,
+    full_scale: float | None,
+    realtime: bool,
+    track: Settings | None,
+    opened: Callable[..., AnalogDiscovery] | None,
+) -> Backend:
+    from tactogram.rendering.drive.modulation import carrier_of
+    from tactogram.rendering.transducer.digilent import AnalogDiscovery
+    from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
+    from tactogram.workflows.rendering.playback import full_scale_of
+    from tactogram.workflows.streaming.session import Backend
+
+    at_one, tracking = 1.0, None
+    if kind == "audio" and display is not None:
+        at_one = full_scale_of(display, "audio", full_scale)
+    if track is not None and display is not None:
         tracking = CarrierTracking(
-            carrier_of(display),
-            request.track,
-            serial=request.device or "",
-            opened=request.opened or AnalogDiscovery,
+            carrier_of(display), track, serial=device or "", opened=opened or AnalogDiscovery
         )
     return Backend(
-        request.backend,
-        device=request.device or "",
-        to=request.to,
-        full_scale=full_scale,
-        realtime=request.realtime,
-        opened=request.opened or AnalogDiscovery,
+        kind,
+        device=device or "",
+        to=to,
+        full_scale=at_one,
+        realtime=realtime,
+        opened=opened or AnalogDiscovery,
         tracking=tracking,
     )
-
-
-def _only_surface(textures: Sequence[StreamingTexture], display: str) -> SurfaceTexture:
-    if len(textures) != 1 or not isinstance(textures[0], SurfaceTexture):
-        raise ParameterError(
-            f"{display}: streams one surface at a time, a friction coefficient over displacement (or over time, with "
-            f"`speed_mm_s`); got {', '.join(texture.name for texture in textures)}"
-        )
-    return textures[0]
-
-
-def rehearsal(
-    textures: Sequence[StreamingTexture],
-    *,
-    rate: float,
-    most: int,
-    seed: int,
-    weights: Mapping[str, float] | None = None,
-    contact: ContactSettings | None = None,
-) -> Signal:
-    """Return some seconds of the textures under a simulated hand, for the level."""
-    hand = SimulatedHand(REHEARSAL_S + 1, seed=seed + 1)
-    engine = Engine(textures, hand, rate=rate, most=most, weights=weights, contact=contact)
-    tried = Stream(engine, record_s=REHEARSAL_S)
-    run_unpaced(tried, seconds=REHEARSAL_S)
-    if tried.error is not None:
-        raise tried.error
-    return Signal(tried.recorded, rate, engine.unit, engine.axes)
-
-
-def _gliding(
-    engine: Engine, begin: Mapping[str, float], end: Mapping[str, float], seconds: float
-) -> Callable[[float], None]:
-    """Return a function that sets the weights at a time between one mix and another."""
-    goal = {name: end.get(name, 0.0) for name in engine.names}
-    start = {name: begin.get(name, 0.0) for name in engine.names}
-
-    def at(now_s: float) -> None:
-        share = min(1.0, max(0.0, now_s / seconds))
-        engine.set_weights({name: (1 - share) * start[name] + share * goal[name] for name in engine.names})
-
-    return at
-
-
-def limited(running: Stream) -> list[str]:
-    """Return a sentence for each texture whose recorded speeds or forces a sliding finger left."""
-    engine = running.engine
-    track = running.track[running.track[:, 1] > engine.finger.settings.moving_mm_s]
-    return [
-        str(limit)
-        for texture in engine.textures
-        if isinstance(texture, AutoregressiveTexture | ModulatedNoiseTexture)
-        for name, nodes, seen in zip(
-            NAMES, (texture.table.grid.speeds, texture.table.grid.forces), track[:, 1:].T, strict=True
-        )
-        if nodes[-1] > 0 and seen.any()  # zeros are unknown
-        for limit in limits_of(name, seen, (nodes[0], nodes[-1]), f"of {texture.name}")
-    ]
 
 
 def latency_lines(facts: Mapping[str, Any]) -> list[str]:
@@ -276,30 +339,3 @@ def underrun_line(facts: Mapping[str, Any]) -> str:
             else f"{line}; real-time priority was requested and not granted (docs/streaming.md)"
         )
     return f"{line}: end them, or try real-time priority"
-
-
-def write_sent(
-    running: Stream, facts: Mapping[str, Any], out: Path | None, figure: Path | None
-) -> dict[str, str]:
-    """Write the blocks sent and their figure, each where it has a path, and return the paths: ``file``, ``figure``."""
-    written: dict[str, str] = {}
-    if out is None and figure is None:
-        return written
-    sent = Signal(running.recorded, running.engine.rate, running.unit, running.channels)
-    if out is not None:
-        metadata = {name: facts[name] for name in ("simulated", "textures", "weights", "backend", "limited")}
-        write_signal(out, sent, metadata=metadata)
-        written["file"] = str(out)
-    if figure is not None:
-        from tactogram.rendering.figures import stream_figure
-
-        count = len(facts["textures"])
-        what = facts["textures"][0] if count == 1 else f"{count} textures"
-        of = " (simulated)" if facts["textures_simulated"] else ""
-        of += (
-            " under a simulated hand" if facts["motion"]["simulated"] else f" under {facts['motion']['from']}"
-        )
-        with atomic_write(figure) as part:
-            stream_figure(sent, running.track, title=f"{what}{of}").savefig(part, format="png", dpi=130)
-        written["figure"] = str(figure)
-    return written

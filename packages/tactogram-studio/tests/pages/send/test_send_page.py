@@ -52,7 +52,7 @@ def test_a_kept_result_becomes_a_drive_that_plays_and_stops(tab, kept, workspace
     assert "0.5 of the limit of 5 V" in report.inner_text()
 
     drive = saved(tab, "Drive as WAV", tmp_path)
-    expected = render(kept.file, "voice-coil", tmp_path / "expected.wav", level="peak=0.5")
+    expected = render(kept.file, tmp_path / "expected.wav", display="voice-coil", level="peak=0.5")
     assert drive.name == "drive.wav"
     assert np.array_equal(read_signal(drive).samples, read_signal(tmp_path / "expected.wav").samples)
     told = json.loads(saved(tab, "Report (JSON)", tmp_path).read_text())

@@ -17,7 +17,7 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.recipe import parse_changes
 from tactogram.rendering import file_name, haptic_formats, shipped
 from tactogram.text_files import displayable, read_json
-from tactogram.workflows import check, convert, render
+from tactogram.workflows import convert, render
 from tactogram_studio.pages.send.losses import zip_files
 from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.dated_folders import DatedFolders
@@ -105,7 +105,7 @@ class SendService:
 
         def make(folder: Path) -> dict[str, Any]:
             rendered = render(
-                selected.file, out=folder / "drive.npz", report_figure=True, **self._render_options(request)
+                selected.file, out=folder / "drive.npz", figure=True, **self._render_options(request)
             )
             return {"report": rendered["report"], "text": rendered["text"]}
 
@@ -160,7 +160,7 @@ class SendService:
                         full_scale=request.full_scale,
                         play_at=request.play_at,
                     )
-                    problems = check(path, format=name)["problems"]
+                    problems = convert(path, check=True, format=name)["problems"]
                 except TactogramError as error:
                     if request.format:
                         raise

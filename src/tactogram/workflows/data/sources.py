@@ -1,0 +1,132 @@
+"""Sources of a conversion: a file of a signal, a haptic file, or a photograph, as the signal to write."""
+
+from __future__ import annotations
+
+import mimetypes
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from tactogram.errors import ParameterError
+from tactogram.rendering.drive.axes import to_one_axis
+from tactogram.rendering.files.analysis import READ_RATE
+from tactogram.rendering.files.catalogue import haptic_formats, haptic_suffixes
+from tactogram.rendering.files.reading import HapticFile, read_haptic
+from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
+from tactogram.rendering.sound_map import SoundMap, sound_to_touch
+from tactogram.signal import Signal
+from tactogram.signal.displacement import played
+from tactogram.signal.io import WRITABLE, SignalFile, read_file, read_image, read_image_metadata
+from tactogram.signal.resampling import resample
+
+SIGNAL_FORMATS = tuple(suffix.removeprefix(".") for suffix in WRITABLE)
+"""Formats of signals by name, in addition to `haptic_formats`."""
+
+
+@dataclass(frozen=True)
+class ConversionSource:
+    """Signal to write, played, mapped and resampled as requested, and its facts as in the result of `convert`."""
+
+    signal: Signal
+    metadata: dict[str, Any]
+    reduced_by: str | None = None
+    mapped: dict[str, Any] | None = None
+    timing: dict[str, Any] | None = None
+    read: dict[str, Any] | None = None
+    notes: tuple[str, ...] = ()
+    events: HapticFile | None = None
+
+
+def read_source(
+    source: Path,
+    reading: dict[str, Any],
+    *,
+    axis: str | None,
+    map: SoundMap | None,
+    play_at: float | None,
+    width_mm: float | None,
+    resample_to: float | None,
+) -> ConversionSource:
+    """Return what a file holds, as `convert` writes it; ``reading`` are the arguments of `read_file`."""
+    if (mimetypes.guess_type(source.name)[0] or "").startswith("image/"):
+        useless = [name for name, value in {**reading, "map": map, "axis": axis}.items() if value]
+        if useless:
+            raise ParameterError(f"{source}: a photograph has no use for {' or '.join(useless)}; omit it")
+        given = _drawn(source, width_mm or WIDTH_MM, play_at or SPEED_MM_S, resample_to or READ_RATE)
+    else:
+        if width_mm is not None:
+            raise ParameterError(f"`width_mm` is of a photograph, {source.name} is none; omit it")
+        given = _read(source, reading)
+        if play_at is not None:
+            if map is not None:
+                raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
+            signal = played(given.signal, play_at, resample_to or given.signal.rate * play_at)
+            given = replace(given, signal=signal, events=None)
+        else:
+            if map is not None:
+                signal, how = to_one_axis(given.signal, axis)
+                signal, mapped = sound_to_touch(signal, map)
+                given = replace(given, signal=signal, reduced_by=how, mapped=mapped, events=None)
+            if resample_to is not None:
+                given = replace(given, signal=resample(given.signal, resample_to), events=None)
+    further = {"played_at_mm_s": play_at, "mapped": given.mapped}
+    known = {name: value for name, value in further.items() if value is not None}
+    return replace(given, metadata=given.metadata | known)
+
+
+def _drawn(source: Path, width_mm: float, speed_mm_s: float, rate: float) -> ConversionSource:
+    signal = photo_to_touch(read_image(source, width_mm=width_mm), speed_mm_s=speed_mm_s, rate=rate)
+    mapped = {"by": "relief", "width_mm": width_mm, "speed_mm_s": speed_mm_s}
+    return ConversionSource(signal, read_image_metadata(source), mapped=mapped)
+
+
+def haptic_name(format: str | None, target: Path) -> str | None:
+    """Return the name of the haptic format to write; None where the suffix implies it, or the format is not haptic.
+
+    `ParameterError` if the target has another suffix than the format.
+    """
+    if format is None:
+        return None
+    suffix = suffix_of(format)
+    if target.suffix.lower() != suffix:
+        raise ParameterError(f"format {format} is written as {suffix}, got {target.name}")
+    return format if format not in SIGNAL_FORMATS else None
+
+
+def suffix_of(format: str) -> str:
+    """Return the suffix of a format by name; `ParameterError` if there is none."""
+    formats = haptic_formats()
+    if format in formats:
+        return formats[format].suffix
+    if format not in SIGNAL_FORMATS:
+        raise ParameterError(
+            f"format must be one of {', '.join((*formats, *SIGNAL_FORMATS))}, got {format!r}"
+        )
+    return f".{format}"
+
+
+def _read(source: Path, options: dict[str, Any]) -> ConversionSource:
+    # Android has an XML of effects, too, of which only `read_haptic` can say what to write instead.
+    if source.suffix.lower() not in (*haptic_suffixes(), ".xml"):
+        file = read_file(source, **options)
+        metadata = file.metadata
+        timing = None if file.timing is None else asdict(file.timing)
+        if timing is not None:
+            metadata["timing"] = timing
+        return ConversionSource(file.signal, metadata, timing=timing, notes=_notes(file))
+    useless = [name for name in ("unit", "time", "sheet", "part", "full_scale") if options.get(name)]
+    if useless:
+        raise ParameterError(f"{source}: a haptic file has no use for {' or '.join(useless)}; omit it")
+    haptic = read_haptic(source, rate=options["rate"])
+    signal = haptic.signal.select(*options["axes"]) if options["axes"] else haptic.signal
+    whole = haptic if haptic.events is not None and signal is haptic.signal else None
+    metadata = haptic.metadata | {"read_from": haptic.facts}
+    return ConversionSource(signal, metadata, read=haptic.facts, notes=haptic.warnings, events=whole)
+
+
+def _notes(file: SignalFile) -> tuple[str, ...]:
+    """Return the notes on a file, and the streams beside the signal, which are not written."""
+    others = ", ".join(
+        f"{name} ({', '.join(signal.axes)}, {signal.unit})" for name, signal in file.others.items()
+    )
+    return (*file.notes, *([f"not written: {others}; `axes=NAME,NAME` reads them"] if others else []))
