@@ -160,3 +160,28 @@ def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
     assert run("mix", verb, ["--list"]) == 0
     assert capsys.readouterr().out == "all\n"
     assert run("mix", verb, ["a.wav", "--count", "4"]) == 4
+
+
+@checked
+def opened(model: str, data: str, *, resume: str | None = None):
+    """Open a store.
+
+    Parameters
+    ----------
+    model, data : str
+        Names.
+    resume : str, optional
+        A run.
+    """
+    return {"model": model, "data": data, "resume": resume}
+
+
+@pytest.mark.parametrize(("words", "resume"), [("--resume", ""), ("--resume r", "r"), ("", None)])
+def test_an_option_may_be_bare_and_what_python_takes_by_position_may_be_named(words, resume):
+    seen = {}
+    verb = FunctionVerb(
+        f"{__name__}:opened", lambda result: seen.update(result) or "", named=("data",), bare=("resume",)
+    )
+    assert run("open", verb, ["cnn", *words.split(), "--data", "d"]) == 0
+    assert seen == {"model": "cnn", "data": "d", "resume": resume}
+    assert flags_of(verb)["data"] == "--data"

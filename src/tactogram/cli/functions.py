@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
@@ -18,16 +18,24 @@ SPELLING = {
     "columns": "--column",
     "constants": "--constant",
     "find_s": "--find",
+    "force_n": "--force",
+    "images": "--image",
     "margins": "--margin",
+    "materials": "--material",
     "model_folders": "--models",
     "purpose": "--for",
     "raters": "--rater",
+    "speed_mm_s": "--speed",
 }
 """Options that are not spelt like their parameters."""
 
 
 def _no_notes(result: Any) -> Iterable[str]:
     return ()
+
+
+def _itself(result: Any) -> Any:
+    return result
 
 
 def _ok(result: Any) -> int:
@@ -51,6 +59,12 @@ class FunctionVerb(NamedTuple):
     """Exit status of a result."""
     listing: tuple[str, Callable[[Printer], None]] | None = None
     """Help and function of ``--list``, which needs no other option."""
+    named: tuple[str, ...] = ()
+    """Parameters that are options, although Python takes them by position, too."""
+    facts: Callable[[Any], Any] = _itself
+    """JSON value of a result."""
+    bare: tuple[str, ...] = ()
+    """Options that may come without a value, which is empty then."""
 
     def load(self) -> Callable[..., Any]:
         """Import and return the function."""
@@ -97,18 +111,22 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
             result = function(*positional, **options)
         if result is None:
             return 0
-        show(result, verb.text(result))
+        show(verb.facts(result), verb.text(result))
         show.notes(verb.notes(result))
         return verb.status(result)
 
     listing = verb.listing is not None and "--list" in arguments
     call.__signature__ = options_of(  # type: ignore[attr-defined]
-        None if listing else function, verb.folders, "" if verb.listing is None else verb.listing[0]
+        None if listing else function,
+        verb.folders,
+        "" if verb.listing is None else verb.listing[0],
+        named=verb.named,
     )
     call.__doc__, call.__annotations__ = summary(function), {}  # cyclopts reads the signature alone
     app.default(call)
+    empty = {spelt(name) for name in verb.bare}
     try:
-        return app(arguments) or 0
+        return app([*_with_values(arguments, empty)]) or 0
     except (CycloptsError, UsageError) as error:
         sys.stderr.write(
             f"tactogram {words}: {str(error).rstrip('.')}; `tactogram {words} --help` lists its options\n"
@@ -125,11 +143,18 @@ def flags_of(verb: FunctionVerb) -> dict[str, str]:
     """Return how the command line calls each parameter of a verb."""
     from tactogram.parameters import parameters
 
-    return {one.name: one.name if one.positional else spelt(one.name) for one in parameters(verb.load())}
+    return {
+        one.name: one.name if one.positional and one.name not in verb.named else spelt(one.name)
+        for one in parameters(verb.load())
+    }
 
 
 def options_of(
-    function: Callable[..., Any] | None, folders: Sequence[str] = (), listing: str = ""
+    function: Callable[..., Any] | None,
+    folders: Sequence[str] = (),
+    listing: str = "",
+    *,
+    named: Sequence[str] = (),
 ) -> Signature:
     """Return the signature that cyclopts parses: arguments by place, options by name, ``--json`` and ``--quiet``.
 
@@ -153,7 +178,7 @@ def options_of(
             str if one.kind is Any else _form(one.kind),
             one.default,
             one.text,
-            positional=one.positional,
+            positional=one.positional and one.name not in named,
         )
         for one in (parameters(function) if function is not None else ())
     ]
@@ -163,6 +188,12 @@ def options_of(
     made.append(argument("json", bool, False, "print one JSON object"))
     made.append(argument("quiet", bool, False, "show no progress"))
     return Signature(made)
+
+
+def _with_values(arguments: Sequence[str], bare: Container[str]) -> Iterator[str]:
+    """Yield the arguments, with an empty value for options in ``bare`` that have none."""
+    for word, after in zip(arguments, (*arguments[1:], "-"), strict=False):
+        yield f"{word}=" if word in bare and after.startswith("-") else word
 
 
 def _form(kind: Any) -> Any:

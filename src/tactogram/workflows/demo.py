@@ -26,8 +26,9 @@ from tactogram.signal.figure import signal_figure
 from tactogram.signal.io import write_signal
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
+from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
+from tactogram.workflows.evaluation.run_evaluation import evaluate_run
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
