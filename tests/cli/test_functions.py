@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -185,3 +186,14 @@ def test_an_option_may_be_bare_and_what_python_takes_by_position_may_be_named(wo
     assert run("open", verb, ["cnn", *words.split(), "--data", "d"]) == 0
     assert seen == {"model": "cnn", "data": "d", "resume": resume}
     assert flags_of(verb)["data"] == "--data"
+
+
+def test_the_signature_of_a_public_function_is_short_and_every_parameter_has_a_text():
+    import tactogram
+    from tactogram.workflows.generation.clone import clone
+
+    for function in (tactogram.train, tactogram.crossval, tactogram.evaluate, clone):
+        assert len(str(signature(function))) < 700
+        callbacks = {"progress", "stop"}
+        assert {one.name for one in parameters(function)} == signature(function).parameters.keys() - callbacks
+        assert all(one.text for one in parameters(function))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
@@ -240,7 +241,7 @@ def generate_to_files(
         raise UsageError("--on and --processes are for --conditions")
     loaded = [load_run(run) for run in runs]
     if len(loaded) > 1 or any(of_words.values()) or needs_words(loaded[0]):
-        if others := stated.keys() - {"words", "vibration"}:
+        if others := stated.keys() - signature(generate_from_words).parameters.keys():
             raise ParameterError(f"{spelt(min(others))} is not for models conditioned on words")
         return generate_from_words(
             loaded, Path(out), **stated, rest=rest, like=like, reading=reading, raters=raters, seconds=seconds,
