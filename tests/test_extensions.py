@@ -71,7 +71,6 @@ KINDS = {
 OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
     ("haptic format", "rendering/displays/catalogue.py", "vibration"): "what a display renders",
-    ("haptic format", "cli/generating.py", "vibration"): "a condition of models",
     ("haptic format", "rendering/files/loss.py", "vibration"): "a kind of event",
     ("display family", "tactogram_capture/workflows/requests.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",

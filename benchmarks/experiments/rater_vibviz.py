@@ -12,7 +12,7 @@ from typing import Any
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.stores import import_store
-from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
+from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.progress import ProgressCallback
 
 FOLDS, REPEATS = 10, 5
@@ -39,7 +39,7 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback, data: str = ""
         if not (made / "dataset.json").is_file():
             import_store("vibviz", data, made, progress=progress)
         store = open_store(made)
-    found: dict[str, Any] = crossval_ratings(
+    found: dict[str, Any] = crossval(
         "rater",
         store.path,
         recipe="vibviz",

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache, wraps
 from pydoc import locate
@@ -29,6 +29,7 @@ Settings = dict[str, Any]
 
 P = ParamSpec("P")
 R = TypeVar("R")
+F = TypeVar("F", bound=Callable[..., Any])
 _BOUNDS = (
     "greater_than",
     "greater_than_equal",
@@ -76,10 +77,24 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind, config=_CONFIG)
 
 
-@cache
+def with_further(more: Callable[[], Iterable[Parameter]]) -> Callable[[F], F]:
+    """Add parameters that are known when they are asked for to a function, which takes them by ``**``."""
+
+    def decorate(function: F) -> F:
+        function.further_parameters = more  # type: ignore[attr-defined]
+        return function
+
+    return decorate
+
+
 def parameters(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     """Return the parameters of a function in their order, without callbacks: those have no text in the docstring."""
     function = inspect.unwrap(function)
+    return (*_own(function), *getattr(function, "further_parameters", tuple)())
+
+
+@cache
+def _own(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     documented = parse(inspect.getdoc(function) or "", DocstringStyle.NUMPYDOC)
     texts = {
         name.strip(): " ".join((one.description or "").split())
@@ -117,13 +132,17 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     `ParameterError` names the first fault.
     """
     signature = inspect.signature(function)
+    rest = next((one.name for one in signature.parameters.values() if one.kind is one.VAR_KEYWORD), "")
 
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         bound = signature.bind(*args, **kwargs)
-        for parameter in parameters(function):
-            if parameter.name in bound.arguments:
-                bound.arguments[parameter.name] = parameter.check(bound.arguments[parameter.name])
+        known = {one.name: one for one in parameters(function)}
+        for held in (bound.arguments, bound.arguments.get(rest, {})):
+            for name in held.keys() & known.keys():
+                held[name] = known[name].check(held[name])
+        if unknown := bound.arguments.get(rest, {}).keys() - known.keys():
+            raise TypeError(f"{function.__name__}() got an unexpected keyword argument {min(unknown)!r}")
         return function(*bound.args, **bound.kwargs)
 
     return call

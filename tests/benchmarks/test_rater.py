@@ -15,11 +15,11 @@ ROW = {"mae": 0.5, "mae_sd": 0.1, "constant_mae": 0.9, "p_against_constant": 0.0
 def test_vibviz_is_cross_validated_by_item(tmp_path, monkeypatch):
     asked = {}
 
-    def crossval_ratings(model, data, **options):
+    def crossval(model, data, **options):
         asked.update(options)
         return {"mean": ROW, "per_word": {"rough": ROW}, "split": "10 folds", "items": 5}
 
-    monkeypatch.setattr(rater_vibviz, "crossval_ratings", crossval_ratings)
+    monkeypatch.setattr(rater_vibviz, "crossval", crossval)
     noise = Signal(np.random.default_rng(0).standard_normal((1, 800)), 8000.0, "1", ("drive",))
     recording = Recording(streams={"vibration": noise}, labels={"item": "v1"})
     create_store(tmp_path / "s", [recording], name="s", licence="-", simulated=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -207,3 +208,39 @@ def test_pairs_several_files_second_spellings_and_further_arguments(capsys):
     assert run("again", verb, ["a", "b", "--band", "-1", "2.5", "--to", "csv"]) == 0
     assert seen == {"source": ["a", "b"], "band": (-1.0, 2.5), "format": "csv"}
     assert told == ["done"]
+
+
+@checked
+def opened(model: str, data: str, *, resume: str | None = None):
+    """Open a store.
+
+    Parameters
+    ----------
+    model, data : str
+        Names.
+    resume : str, optional
+        A run.
+    """
+    return {"model": model, "data": data, "resume": resume}
+
+
+@pytest.mark.parametrize(("words", "resume"), [("--resume", ""), ("--resume r", "r"), ("", None)])
+def test_an_option_may_be_bare_and_what_python_takes_by_position_may_be_named(words, resume):
+    seen = {}
+    verb = FunctionVerb(
+        f"{__name__}:opened", lambda result: seen.update(result) or "", named=("data",), bare=("resume",)
+    )
+    assert run("open", verb, ["cnn", *words.split(), "--data", "d"]) == 0
+    assert seen == {"model": "cnn", "data": "d", "resume": resume}
+    assert flags_of(verb)["data"] == "--data"
+
+
+def test_the_signature_of_a_public_function_is_short_and_every_parameter_has_a_text():
+    import tactogram
+    from tactogram.workflows.generation.clone import clone
+
+    for function in (tactogram.train, tactogram.crossval, tactogram.evaluate, clone):
+        assert len(str(signature(function))) < 700
+        callbacks = {"progress", "stop"}
+        assert {one.name for one in parameters(function)} == signature(function).parameters.keys() - callbacks
+        assert all(one.text for one in parameters(function))

@@ -37,9 +37,11 @@ def test_help_names_every_verb(capsys):
     "arguments", [["nothing"], ["train"], ["train", "stroke_cnn"], ["generate", "r", "--mix", "a=1"]]
 )
 def test_a_usage_error_exits_2(arguments, capsys):
-    with pytest.raises(SystemExit) as stopped:
-        main(arguments)
-    assert stopped.value.code == 2
+    try:
+        status = main(arguments)
+    except SystemExit as stopped:
+        status = stopped.code
+    assert status == 2
 
 
 @pytest.mark.parametrize(
@@ -67,7 +69,10 @@ def test_a_usage_error_exits_2(arguments, capsys):
         (["train", "stroke_cnn", "--data", "nowhere"], "nowhere"),
         (["evaluate", "nowhere"], "nowhere: not a run"),
         (["crossval", "stroke_cnn", "--data", "STORE", "--split", "last=x"], "--split last=N needs a number"),
-        (["crossval", "stroke_cnn", "--data", "STORE", "--folds", "1"], "--folds must be at least 2"),
+        (
+            ["crossval", "stroke_cnn", "--data", "STORE", "--folds", "1"],
+            "--folds must be greater than or equal to 2",
+        ),
         (["classify", "RUN", "nowhere.wav"], "nowhere.wav"),
         (["reproduce", "nothing"], "experiment must be one of"),
         (

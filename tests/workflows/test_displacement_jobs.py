@@ -12,7 +12,8 @@ from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.data.convert import convert
-from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
+from tactogram.workflows.evaluation.evaluate import evaluate
+from tactogram.workflows.evaluation.run_evaluation import evaluate_run
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.train import train
 
@@ -95,8 +96,8 @@ def test_one_fabric_held_out_is_judged_without_the_published_figure(fabrics, tmp
 def test_figures_that_are_no_numbers_are_null_in_json(run, figures, monkeypatch):
     nothing = {"mean": {"mse": float("nan")}, "per_material": {"denim": {"mse": float("inf")}}}
     monkeypatch.setattr(
-        "tactogram.workflows.evaluation.evaluate.evaluate_run",
-        lambda **_: (figures | {"as_published": nothing}, []),
+        "tactogram.workflows.evaluation.run_evaluation.evaluate_run",
+        lambda *_, **__: (figures | {"as_published": nothing}, []),
     )
     found = evaluate(run.folder, evaluation=HASTY)
     json.dumps(found, allow_nan=False)

@@ -20,11 +20,12 @@ from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.signal.resampling import resample
 from tactogram.training.run import Run
 from tactogram.workflows.evaluation import generator
-from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
+from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.pictures import evaluate_pictures, evaluate_run_pictures
+from tactogram.workflows.evaluation.run_evaluation import evaluate_run
 from tactogram.workflows.generation.generate import generate_files
 from tactogram.workflows.training.known_photographs import FILE
-from tactogram.workflows.training.resume import plan_of
+from tactogram.workflows.training.plan import plan_of
 from tactogram.workflows.training.train import train
 
 RATE = 1000.0
@@ -137,7 +138,7 @@ def test_other_data_is_judged_unless_a_photograph_of_it_was_trained_on(run, tmp_
 def test_a_picture_file_becomes_a_signal_file(run, tmp_path):
     (tmp_path / "photo.png").write_bytes(photograph_of(photograph("tile", 77)).data)
     (row,) = generate_files(
-        run.folder, {}, tmp_path / "x.wav", seconds=1.5, seed=1, photograph=tmp_path / "photo.png"
+        run.folder, {}, tmp_path / "x.wav", seconds=1.5, seed=1, options={"image": tmp_path / "photo.png"}
     )
     assert row["classified_as"] == "tile"
     assert (row["seconds"], row["unit"], row["simulated"]) == (1.5, "m/s^2", True)
@@ -167,7 +168,7 @@ def test_a_damaged_description_of_photographs_is_one_line(run, tmp_path):
     (tmp_path / "run" / FILE).write_text('{"materials": ["a"]}')
     (tmp_path / "photo.png").write_bytes(photograph_of(photograph("tile", 77)).data)
     with pytest.raises(RunError, match=r"photographs.json: lacks or misspells 'descriptors'"):
-        generate_files(tmp_path / "run", {}, tmp_path / "x.wav", photograph=tmp_path / "photo.png")
+        generate_files(tmp_path / "run", {}, tmp_path / "x.wav", options={"image": tmp_path / "photo.png"})
 
 
 def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
@@ -184,7 +185,7 @@ def test_what_cannot_be_asked_says_so(run, looks, tmp_path):
 
 def test_pictures_are_judged_beside_signals_and_the_loss_is_divided(looks, run, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "tactogram.workflows.evaluation.evaluate.evaluate_run_pictures",
+        "tactogram.workflows.evaluation.run_evaluation.evaluate_run_pictures",
         partial(evaluate_run_pictures, most=8),
     )
     longer = {"config.pairs.hop": 16, "config.pairs.frames": 32}  # half a second

@@ -12,8 +12,8 @@ from tactogram.errors import LeakError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.data.stores import import_store
+from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.evaluation.rating_crossval import crossval_ratings
 from tactogram.workflows.evaluation.ratings import MODEL, evaluate_reproduction, predicted_ratings
 from tactogram.workflows.evaluation.word_signals import generate_rated_surfaces
 from tactogram.workflows.generation.generate import generate
@@ -68,7 +68,7 @@ def run(store, tmp_path_factory):
 
 
 def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_learn(store, tmp_path):
-    found = crossval_ratings("rater", store, recipe="tiny", processes=1, folds=4, repeats=2, out=tmp_path)
+    found = crossval("rater", store, recipe="tiny", processes=1, folds=4, repeats=2, out=tmp_path)
     rough = found["per_word"]["rough"]
     assert rough["mae"] < 0.6 * rough["constant_mae"]
     assert rough["rank_correlation"] > 0.7
@@ -81,20 +81,20 @@ def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_
 @pytest.mark.slow
 def test_processes_change_no_figure(store, tmp_path):
     options = {"recipe": "tiny", "folds": 2, "repeats": 2}
-    here = crossval_ratings("rater", store, out=tmp_path / "here", processes=1, **options)
-    there = crossval_ratings("rater", store, out=tmp_path / "there", processes=2, **options)
+    here = crossval("rater", store, out=tmp_path / "here", processes=1, **options)
+    there = crossval("rater", store, out=tmp_path / "there", processes=2, **options)
     assert there | {"report": ""} == here | {"report": ""}
 
 
 def test_crossval_by_rater_is_judged_by_people_who_were_not_trained_on(store, tmp_path):
     """Held against two people's mean and not six, it cannot come closer than their noise."""
-    by_item = crossval_ratings(
+    by_item = crossval(
         "rater", store, recipe="tiny", processes=1, folds=3, repeats=1, by="item", out=tmp_path / "i"
     )
-    both = crossval_ratings(
+    both = crossval(
         "rater", store, recipe="tiny", processes=1, folds=3, repeats=1, by="both", out=tmp_path / "b"
     )
-    by_rater = crossval_ratings(
+    by_rater = crossval(
         "rater", store, recipe="tiny", processes=1, folds=3, repeats=1, by="rater", out=tmp_path / "r"
     )
     noise = 0.7 * np.sqrt(2 / np.pi / 2)
@@ -105,11 +105,11 @@ def test_crossval_by_rater_is_judged_by_people_who_were_not_trained_on(store, tm
 
 def test_crossval_refuses_what_makes_no_sense(store, tmp_path):
     with pytest.raises(ParameterError, match="must be item, rater or both"):
-        crossval_ratings("rater", store, by="session", out=tmp_path)
+        crossval("rater", store, by="session", out=tmp_path)
     with pytest.raises(ParameterError, match="7 folds need as many raters, got 6"):
-        crossval_ratings("rater", store, by="rater", folds=7, out=tmp_path)
-    with pytest.raises(ParameterError, match="stroke_cnn is no predictor"):
-        crossval_ratings("stroke_cnn", store, out=tmp_path)
+        crossval("rater", store, by="rater", folds=7, out=tmp_path)
+    with pytest.raises(ParameterError, match="are for classifiers; a predictor takes `folds`"):
+        crossval("rater", store, only_folds=1, out=tmp_path)
 
 
 def test_evaluate_judges_a_predictor_on_items_kept_apart(run, store, tmp_path):

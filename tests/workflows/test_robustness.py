@@ -78,7 +78,7 @@ def test_a_training_that_fails_in_its_first_step_leaves_nothing(store, tmp_path,
     def failed(*args, **kwargs):
         raise MemoryError("unable to allocate 74 GiB")
 
-    monkeypatch.setattr("tactogram.workflows.training.train.fit", failed)
+    monkeypatch.setattr("tactogram.workflows.training.execution.fit", failed)
     with pytest.raises(
         ParameterError, match=r"stroke_cnn needs more memory than there is \(unable to allocate"
     ):
@@ -125,8 +125,8 @@ def test_a_run_has_its_split_as_soon_as_it_is_one(store, tmp_path, monkeypatch):
 def test_folds_that_test_nothing_are_refused(store, tmp_path):
     for options, message in (
         ({"split": "all"}, "keeps nothing for testing"),
-        ({"only_folds": 0}, "only_folds must be at least 1"),
-        ({"only_folds": -1}, "only_folds must be at least 1"),
+        ({"only_folds": 0}, "only_folds must be greater than or equal to 1"),
+        ({"only_folds": -1}, "only_folds must be greater than or equal to 1"),
     ):
         with pytest.raises(ParameterError, match=message):
             crossval("stroke_cnn", store, recipe="tiny", folds=2, out=tmp_path / "out", **options)

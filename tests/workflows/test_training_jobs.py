@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import tactogram.workflows.evaluation.crossval as crossval_module
+import tactogram.workflows.evaluation.classifier_crossval as crossval_module
 from tactogram.cli import main
 from tactogram.datasets import Split, add_recordings, create_store, open_store
 from tactogram.datasets.store.pending import part_folder
@@ -23,11 +23,11 @@ from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
+from tactogram.workflows.training.execution import resume, run_training
 from tactogram.workflows.training.hub_folder import export_run, import_run
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.plan import select
-from tactogram.workflows.training.resume import resume
-from tactogram.workflows.training.train import run_training, train
+from tactogram.workflows.training.train import train
 
 
 def test_a_run_holds_what_made_it(run, store, tiny):

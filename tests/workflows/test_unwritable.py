@@ -2,17 +2,23 @@
 
 import argparse
 import os
+from importlib import import_module
+from inspect import Parameter
 from pathlib import Path
 
 import pytest
 
 from tactogram.cli import main
-from tactogram.cli.parser import make_parser
+from tactogram.cli.functions import FunctionVerb, flags_of
+from tactogram.cli.parser import make_parser, verb_places
 from tactogram.errors import ParameterError
-from tactogram.workflows.data.convert import convert
-from tactogram.workflows.evaluation import crossval, mixing_ladder as mixing
+from tactogram.parameters import parameters
+from tactogram.workflows.data.convert import convert_folder
+from tactogram.workflows.evaluation import classifier_crossval, mixing_ladder as mixing
+from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.training import loaded_run, train as training
+from tactogram.workflows.training import execution, loaded_run
+from tactogram.workflows.training.train import train
 from tactogram_benchmark.experiments.reproduce import reproduce
 
 NOWHERE = Path(__file__) / "made"
@@ -36,7 +42,21 @@ def verbs_with_out(parser, names=()):
         yield words
 
 
-@pytest.mark.parametrize("words", list(verbs_with_out(make_parser())), ids=lambda words: "-".join(words[:2]))
+def functions_with_out():
+    """Yield the same of the verbs that are functions."""
+    for words, place in verb_places().items():
+        verb = import_module(place.module).VERBS[words]
+        if isinstance(verb, FunctionVerb) and (flags := flags_of(verb)).get("out") == "--out":
+            needed = [one.name for one in parameters(verb.load()) if one.default is Parameter.empty]
+            options = [
+                [flags[name]] if flags[name].startswith("--") else [] for name in needed if name != "out"
+            ]
+            yield [*words.split(), *(word for option in options for word in (*option, "nothing"))]
+
+
+@pytest.mark.parametrize(
+    "words", [*verbs_with_out(make_parser()), *functions_with_out()], ids=lambda words: "-".join(words[:2])
+)
 def test_a_verb_refuses_what_it_could_not_write_before_all_else(words, capsys):
     assert main([*words, "--out", str(NOWHERE)]) == 1
     said = capsys.readouterr().err
@@ -54,17 +74,17 @@ def test_a_file_where_a_folder_is_needed_is_refused(words, tmp_path, capsys):
 
 
 def test_a_training_does_not_prepare_what_it_could_not_keep(store, monkeypatch):
-    monkeypatch.setattr(training, "training_material", lambda *_: pytest.fail("recordings were prepared"))
+    monkeypatch.setattr(execution, "training_material", lambda *_: pytest.fail("recordings were prepared"))
     with pytest.raises(ParameterError, match="cannot be written"):
-        training.train("stroke_cnn", store, recipe="tiny", out=NOWHERE, accelerator="cpu")
+        train("stroke_cnn", store, recipe="tiny", out=NOWHERE, accelerator="cpu")
 
 
 def test_the_default_folder_is_looked_at_too(store, tmp_path, monkeypatch):
     (tmp_path / "runs").touch()
     monkeypatch.chdir(tmp_path)
     for module, name, begin in (
-        (training, "training_material", training.train),
-        (crossval, "run_training", crossval.crossval),
+        (execution, "training_material", train),
+        (classifier_crossval, "run_training", crossval),
     ):
         monkeypatch.setattr(module, name, lambda *_, **__: pytest.fail("trained all the same"))
         with pytest.raises(ParameterError, match="cannot be written"):
@@ -77,7 +97,7 @@ def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_writte
     run, store, tmp_path, monkeypatch
 ):
     monkeypatch.setattr(
-        "tactogram.workflows.evaluation.evaluate.evaluate_run",
+        "tactogram.workflows.evaluation.run_evaluation.evaluate_run",
         lambda *_, **__: pytest.fail("judged all the same"),
     )
     monkeypatch.setattr(mixing, "mix_ladder", lambda *_, **__: pytest.fail("mixed all the same"))
@@ -91,4 +111,4 @@ def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_writte
         evaluate(unwritable)
     (tmp_path / "a.csv").write_text("x\n1\n2\n")
     with pytest.raises(ParameterError, match="cannot be written"):
-        convert(tmp_path, NOWHERE, format="wav", rate=100.0)
+        convert_folder(tmp_path, NOWHERE, format="wav", rate=100.0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from importlib import import_module
@@ -29,7 +29,9 @@ SPELLING = {
     "format": "--format --to",
     "how": "--as",
     "loop_s": "--loop",
+    "images": "--image",
     "margins": "--margin",
+    "materials": "--material",
     "model_folders": "--models",
     "normal_force_n": "--force",
     "options": "--set",
@@ -47,6 +49,10 @@ SPELLING = {
 
 def _no_notes(result: Any) -> Iterable[str]:
     return ()
+
+
+def _itself(result: Any) -> Any:
+    return result
 
 
 def _ok(result: Any) -> int:
@@ -76,6 +82,12 @@ class FunctionVerb(NamedTuple):
         nullcontext, MappingProxyType({})
     )
     """Context in which the function runs; it yields further arguments of it, such as callbacks."""
+    named: tuple[str, ...] = ()
+    """Parameters that are options, although Python takes them by position, too."""
+    facts: Callable[[Any], Any] = _itself
+    """JSON value of a result."""
+    bare: tuple[str, ...] = ()
+    """Options that may come without a value, which is empty then."""
 
     def load(self) -> Callable[..., Any]:
         """Import and return the function."""
@@ -123,19 +135,23 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
                 result = function(*positional, **options, **further)
         if result is None:
             return 0
-        show(result, verb.text(result))
         flags = flags_of(verb)
+        show(verb.facts(result), verb.text(result))
         show.notes(with_options(note, flags) for note in verb.notes(result))
         return verb.status(result)
 
     listing = verb.listing is not None and "--list" in arguments
     call.__signature__ = options_of(  # type: ignore[attr-defined]
-        None if listing else function, verb.folders, "" if verb.listing is None else verb.listing[0]
+        None if listing else function,
+        verb.folders,
+        "" if verb.listing is None else verb.listing[0],
+        named=verb.named,
     )
     call.__doc__, call.__annotations__ = summary(function), {}  # cyclopts reads the signature alone
     app.default(call)
+    empty = {spelt(name) for name in verb.bare}
     try:
-        return app(arguments) or 0
+        return app([*_with_values(arguments, empty)]) or 0
     except (CycloptsError, UsageError) as error:
         sys.stderr.write(
             f"tactogram {words}: {str(error).rstrip('.')}; `tactogram {words} --help` lists its options\n"
@@ -156,12 +172,19 @@ def flags_of(verb: FunctionVerb) -> dict[str, str]:
     """Return how the command line calls each parameter of a verb, and its advice."""
     from tactogram.parameters import parameters
 
-    flags = {one.name: one.name if _by_place(one) else spelt(one.name) for one in parameters(verb.load())}
+    flags = {
+        one.name: one.name if _by_place(one, verb.named) else spelt(one.name)
+        for one in parameters(verb.load())
+    }
     return flags | dict(verb.advice)
 
 
 def options_of(
-    function: Callable[..., Any] | None, folders: Sequence[str] = (), listing: str = ""
+    function: Callable[..., Any] | None,
+    folders: Sequence[str] = (),
+    listing: str = "",
+    *,
+    named: Sequence[str] = (),
 ) -> Signature:
     """Return the signature that cyclopts parses: arguments by place, options by name, ``--json`` and ``--quiet``.
 
@@ -185,7 +208,7 @@ def options_of(
             str if one.kind is Any else _form(one.kind),
             one.default,
             one.text,
-            positional=_by_place(one),
+            positional=_by_place(one, named),
         )
         for one in (parameters(function) if function is not None else ())
     ]
@@ -197,8 +220,14 @@ def options_of(
     return Signature(made)
 
 
-def _by_place(parameter: Parameter) -> bool:
-    return parameter.positional and parameter.name != "out"
+def _by_place(parameter: Parameter, named: Sequence[str]) -> bool:
+    return parameter.positional and parameter.name not in ("out", *named)
+
+
+def _with_values(arguments: Sequence[str], bare: Container[str]) -> Iterator[str]:
+    """Yield the arguments, with an empty value for options in ``bare`` that have none."""
+    for word, after in zip(arguments, (*arguments[1:], "-"), strict=False):
+        yield f"{word}=" if word in bare and after.startswith("-") else word
 
 
 def _form(kind: Any) -> Any:

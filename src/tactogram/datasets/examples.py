@@ -208,7 +208,7 @@ def require_photographs(examples: Sequence[Example]) -> None:
 
 
 class _Condition(Mapping[str, Any]):
-    """Conditions of a recording, under the names of `CONDITIONS`; the photograph is read on demand."""
+    """Conditions of a recording, by names of `tactogram.model.condition_types`; the photograph is read on demand."""
 
     def __init__(self, store: Store, info: RecordingInfo, image: Region | None) -> None:
         self._store = store

@@ -3,10 +3,14 @@ from .batch_share import (
     BatchShare as BatchShare,
 )
 from .conditions import (
-    CONDITIONS as CONDITIONS,
     Condition as Condition,
+    ConditionOption as ConditionOption,
+    ConditionType as ConditionType,
     check_condition as check_condition,
+    check_options as check_options,
     check_state as check_state,
+    condition_options as condition_options,
+    condition_types as condition_types,
     contactor_number as contactor_number,
     material_weights as material_weights,
     some_of as some_of,

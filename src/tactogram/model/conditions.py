@@ -3,31 +3,233 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.plugins import entry_point_modules, further_folders, import_plugin, module_files
 
-CONDITIONS: Mapping[str, str] = {
-    "material": "weight per material name, e.g. {'cork': 0.6, 'tile': 0.4}; a lone name is weight 1",
-    "image": "photograph of the surface (Image)",
-    "text": "the surface in English, e.g. 'coarse cork', for a model that learned materials by name",
-    "words": "score per sensory word, e.g. {'rough': 6.0}",
-    "vibration": "measured vibration of the surface (Signal)",
-    "speed_mm_s": "stroking speed, mm/s",
-    "force_n": "normal force, N",
-    "contactor": "what strokes the surface: finger or stylus",
-    "motion": "speed and force of the finger over time (Motion), in place of these two",
-    "vibration_speed_mm_s": "speed of the measured vibration, mm/s",
-    "vibration_force_n": "force of the measured vibration, N",
-    "vibration_contactor": "what the measured vibration was stroked with: finger or stylus",
-    "latent": "float array, shape (dimension,): the model's random input, to interpolate; by default drawn by the seed",
-}
-"""All condition names. Command line and studio build their forms from them."""
+ENTRY_POINTS = "tactogram.conditions"
+"""Entry points of installed packages with conditions: ``my_condition = "my_package.my_condition"``."""
+VARIABLE = "TACTOGRAM_CONDITIONS"
+"""Environment variable with further files of conditions, and folders of such files, separated as in PATH."""
+Contactor = Literal["finger", "stylus"]
+
+
+@dataclass(frozen=True)
+class ConditionOption:
+    """A way to state a condition as text: an option of the command line, a column of a table, a field of a form.
+
+    Parameters
+    ----------
+    name : str
+        Of the column; with dashes that of the option.
+    kind : type
+        Of the value: str, float, a Literal, or Mapping[str, float].
+    help : str
+    read : str
+        Function of the value and of the `tactogram.workflows.generation.generate.Reading`, as ``module:name``, that
+        returns the condition's value; by default the value itself. Its name is that of the condition in errors.
+    file : str
+        Key of a generated file's metadata under which the name of the given one is written, if the value is a file.
+    example : str
+        A value, for messages.
+    """
+
+    name: str
+    kind: Any = str
+    help: str = ""
+    read: str = ""
+    file: str = ""
+    example: str = ""
+
+
+@dataclass(frozen=True)
+class ConditionType:
+    """A condition: all that the command line, tables, forms and models' promises say of it is derived from this.
+
+    Parameters
+    ----------
+    name : str
+        In a `Condition`, and in a ``model.toml``.
+    help : str
+        Its meaning and its type in Python.
+    options : tuple of ConditionOption
+        Ways to state it, of which one is taken; none if it is for Python alone.
+    unit : str
+        Of a number; empty for another type.
+    """
+
+    name: str
+    help: str
+    options: tuple[ConditionOption, ...] = ()
+    unit: str = ""
+
+    def check(self, value: Any) -> None:
+        """Refuse a number that is none; a `ParameterError` names the condition."""
+        if self.unit and not (isinstance(value, int | float | np.number) and math.isfinite(value)):
+            raise ParameterError(
+                f"{self.name} must be a finite number, {self.unit}, got {value!r}",
+                parameter=self.name,
+                value=value,
+                expected=f"a finite number, {self.unit}",
+            )
+
+
+_READ = "tactogram.workflows.generation.generate:"
+BUILT_IN = (
+    ConditionType(
+        "material",
+        "weight per material name, e.g. {'cork': 0.6, 'tile': 0.4}; a lone name is weight 1",
+        (
+            ConditionOption("material", help="material that the model knows", example="NAME"),
+            ConditionOption("mix", Mapping[str, float], "weights by material, e.g. A=0.6,B=0.4"),
+        ),
+    ),
+    ConditionType(
+        "image",
+        "photograph of the surface (Image)",
+        (
+            ConditionOption(
+                "image",
+                help="photograph of the surface; also with --text or --words",
+                read=_READ + "read_photograph",
+                file="photograph",
+                example="photo.jpg",
+            ),
+        ),
+    ),
+    ConditionType(
+        "text",
+        "the surface in English, e.g. 'coarse cork', for a model that learned materials by name",
+        (ConditionOption("text", help="the surface in English, e.g. 'coarse cork'; with --image, both"),),
+    ),
+    ConditionType(
+        "words",
+        "score per sensory word, e.g. {'rough': 6.0}",
+        (
+            ConditionOption(
+                "words",
+                Mapping[str, float],
+                "scores from 1 to 7 by word, e.g. rough=6,sticky=2",
+                read=_READ + "read_words",
+                example="WORD=SCORE",
+            ),
+        ),
+    ),
+    ConditionType(
+        "vibration",
+        "measured vibration of the surface (Signal)",
+        (
+            ConditionOption(
+                "vibration",
+                help="recording of the surface",
+                read=_READ + "read_recording",
+                file="vibration_from",
+                example="stroke.wav",
+            ),
+        ),
+    ),
+    ConditionType(
+        "speed_mm_s",
+        "stroking speed, mm/s",
+        (ConditionOption("speed", float, "stroking speed, mm/s"),),
+        "mm/s",
+    ),
+    ConditionType("force_n", "normal force, N", (ConditionOption("force", float, "normal force, N"),), "N"),
+    ConditionType(
+        "contactor",
+        "what strokes the surface: finger or stylus",
+        (ConditionOption("contactor", Contactor, "what strokes the surface"),),
+    ),
+    ConditionType(
+        "motion",
+        "speed and force of the finger over time (Motion), in place of these two",
+        (
+            ConditionOption(
+                "motion",
+                help="motion of the finger instead of --speed and --force: a CSV as for `stream`, or simulated, a hand",
+                read=_READ + "read_motion",
+                file="motion_from",
+            ),
+        ),
+    ),
+    ConditionType(
+        "vibration_speed_mm_s",
+        "speed of the measured vibration, mm/s",
+        (ConditionOption("vibration_speed", float, "speed of that recording, mm/s"),),
+        "mm/s",
+    ),
+    ConditionType(
+        "vibration_force_n",
+        "force of the measured vibration, N",
+        (ConditionOption("vibration_force", float, "force of that recording, N"),),
+        "N",
+    ),
+    ConditionType(
+        "vibration_contactor",
+        "what the measured vibration was stroked with: finger or stylus",
+        (ConditionOption("vibration_contactor", Contactor, "what stroked in that recording"),),
+    ),
+    ConditionType(
+        "latent",
+        "float array, shape (dimension,): the model's random input, to interpolate; by default drawn by the seed",
+    ),
+)
+
+
+def condition_types() -> Mapping[str, ConditionType]:
+    """Return all conditions by name: built-in ones, those of installed packages, and those in further files.
+
+    Each further module defines ``CONDITION``, a `ConditionType`.
+
+    Raises
+    ------
+    ParameterError
+        If a module defines none, or two conditions, or two of their options, have one name.
+    """
+    return _conditions(os.environ.get(VARIABLE, ""), tuple(sys.path))
+
+
+@lru_cache(maxsize=32)
+def _conditions(variable: str, path: tuple[str, ...]) -> Mapping[str, ConditionType]:
+    files = [file for folder in further_folders(VARIABLE) for file in module_files(folder, "condition")]
+    further: list[str | Path] = [*entry_point_modules(ENTRY_POINTS), *files]
+    found = {one.name: one for one in BUILT_IN}
+    options = {option.name for one in BUILT_IN for option in one.options}
+    for place in further:
+        one = getattr(import_plugin(place), "CONDITION", None)
+        if not isinstance(one, ConditionType):
+            raise ParameterError(f"{place}: must define CONDITION, a ConditionType")
+        taken = {one.name} & set(found) or {option.name for option in one.options} & options
+        if taken:
+            raise ParameterError(f"{place}: rename {min(taken)!r}, which is another condition's")
+        found[one.name] = one
+        options |= {option.name for option in one.options}
+    return found
+
+
+def check_options(values: Mapping[str, Any]) -> None:
+    """Refuse values of two options of one condition; a `ParameterError` names them."""
+    for one in condition_types().values():
+        stated = [option.name for option in one.options if values.get(option.name) is not None]
+        if len(stated) > 1:
+            raise ParameterError(f"must have {' or '.join(stated)}, got both")
+
+
+def condition_options() -> dict[str, tuple[ConditionType, ConditionOption]]:
+    """Return every option with its condition, by the option's name."""
+    return {option.name: (one, option) for one in condition_types().values() for option in one.options}
+
 
 Condition = Mapping[str, Any]
 
@@ -45,11 +247,13 @@ def check_condition(condition: Condition, *, needs: Sequence[str] = (), takes: S
     """
     for name in needs:
         if condition.get(name) is None:
-            raise ParameterError(f"condition {name!r} is needed: {CONDITIONS[name]}")
+            raise ParameterError(f"condition {name!r} is needed: {condition_types()[name].help}")
     for name, value in condition.items():
         if value is not None and name not in (*needs, *takes):
             allowed = ", ".join((*needs, *takes)) or "none"
             raise ParameterError(f"condition {name!r} is not one this model takes ({allowed})")
+        if value is not None:
+            condition_types()[name].check(value)
 
 
 def check_state(names: Sequence[str], expected: Sequence[str]) -> None:
@@ -86,7 +290,7 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     """
     given = condition.get("material")
     if given is None:
-        raise ParameterError(f"condition 'material' is needed: {CONDITIONS['material']}")
+        raise ParameterError(f"condition 'material' is needed: {condition_types()['material'].help}")
     given = {given: 1.0} if isinstance(given, str) else dict(given)
     weights = np.zeros(len(materials))
     for name, weight in given.items():

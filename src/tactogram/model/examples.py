@@ -51,7 +51,7 @@ class Example:
     material : str, optional
         Its class.
     condition : mapping
-        Other conditions of the recording, by names from `CONDITIONS`.
+        Other conditions of the recording, by names of `condition_types`.
     photographs : sequence of Image
         Photographs of the same surface that this part of the split may use, cut to the region it may use. Decoded on
         access, so that an example holds no pixels in memory.

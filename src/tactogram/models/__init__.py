@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from tactogram.errors import ParameterError, shown
-from tactogram.model import CONDITIONS, Kind, Model, ModelConfig
+from tactogram.model import Kind, Model, ModelConfig, condition_types
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
 from tactogram.validation import validated
@@ -37,7 +37,7 @@ LearnsFrom = Literal["recordings", "ratings", "images", "both"]
 
 
 class ModelConditions(BaseModel):
-    """Conditions that a model is given, from `tactogram.model.CONDITIONS`. Unknown keys are errors."""
+    """Conditions that a model is given, of `tactogram.model.condition_types`. Unknown keys are errors."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -57,8 +57,8 @@ class ModelConditions(BaseModel):
     @classmethod
     def _are_conditions(cls, names: tuple[str, ...]) -> tuple[str, ...]:
         for name in names:
-            if name not in CONDITIONS:
-                raise ValueError(f"conditions are {', '.join(CONDITIONS)}; unknown {name!r}")
+            if name not in condition_types():
+                raise ValueError(f"conditions are {', '.join(condition_types())}; unknown {name!r}")
         return names
 
 

@@ -25,9 +25,6 @@ from .evaluation.picture_report import (
 from .evaluation.pictures import (
     evaluate_pictures as evaluate_pictures,
 )
-from .evaluation.rating_crossval import (
-    crossval_ratings as crossval_ratings,
-)
 from .evaluation.ratings import (
     evaluate_reproduction as evaluate_reproduction,
     predicted_ratings as predicted_ratings,
@@ -70,6 +67,7 @@ from .generation.word_scores import (
 from .progress import (
     VARIABLE as VARIABLE,
     ProgressCallback as ProgressCallback,
+    never as never,
     silent as silent,
 )
 from .recognition.classify import (
@@ -122,6 +120,9 @@ from .streaming.textures import (
     surface_of as surface_of,
     texture_of_map as texture_of_map,
 )
+from .training.execution import (
+    train_plan as train_plan,
+)
 from .training.loaded_run import (
     LoadedRun as LoadedRun,
     load_run as load_run,
@@ -132,6 +133,7 @@ from .training.model_choice import (
 )
 from .training.plan import (
     TrainingPlan as TrainingPlan,
+    TrainingRequest as TrainingRequest,
     check_training as check_training,
 )
 from .training.rated_examples import (
@@ -142,10 +144,6 @@ from .training.recipe_fields import (
     assignments as assignments,
     recipe_fields as recipe_fields,
     text_of as text_of,
-)
-from .training.requests import (
-    TrainingRequest as TrainingRequest,
-    never as never,
 )
 from .training.run_comparison import (
     compare_runs as compare_runs,
@@ -161,7 +159,6 @@ from .training.surface_index import (
 )
 from .training.train import (
     train as train,
-    train_plan as train_plan,
 )
 from .workers.tasks import (
     absolute as absolute,

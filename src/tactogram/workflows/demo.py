@@ -74,8 +74,9 @@ def demo(
     RunError
         If the folder holds something else.
     """
-    from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
+    from tactogram.workflows.evaluation.evaluate import evaluate
     from tactogram.workflows.evaluation.mixing_ladder import mix_ladder
+    from tactogram.workflows.evaluation.run_evaluation import evaluate_run
     from tactogram.workflows.training.loaded_run import load_run, test_part
     from tactogram.workflows.training.train import train
 

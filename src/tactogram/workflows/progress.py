@@ -30,6 +30,11 @@ def silent(task: str, done: int, total: int, note: str = "") -> None:
     """Show nothing."""
 
 
+def never() -> bool:
+    """Return False: nothing stops the training."""
+    return False
+
+
 @contextmanager
 def shown() -> Iterator[ProgressCallback]:
     """Show progress on stderr: a bar per task on a terminal, a few lines elsewhere."""

@@ -10,9 +10,10 @@ from tactogram.datasets import Examples, Recording, create_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.evaluation.generation.comparison import describe_measures
 from tactogram.signal import Signal
-from tactogram.workflows.evaluation.evaluate import evaluate, evaluate_run
+from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.generator import _ConditionedGenerator, evaluate_generator
 from tactogram.workflows.evaluation.reference_models import JUDGES, EvaluationSettings
+from tactogram.workflows.evaluation.run_evaluation import evaluate_run
 from tactogram.workflows.training import loaded_run
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train

@@ -97,9 +97,9 @@ def test_the_section_has_a_figure_a_table_and_a_sound_per_step(mixes, tmp_path):
     [
         ("cork", "cork", {}, "a ladder needs two materials, got 'cork' twice"),
         ("cork", "glass", {}, "material must be one of cork, foam, tile, wool, got 'glass'"),
-        ("cork", "tile", {"mode": "times"}, "mode must be one of sum, add, got 'times'"),
-        ("cork", "tile", {"steps": 1}, "steps must be at least 2, got 1"),
-        ("cork", "tile", {"signals": 1}, "signals must be at least 2, got 1"),
+        ("cork", "tile", {"mode": "times"}, "mode must be 'sum' or 'add', got 'times'"),
+        ("cork", "tile", {"steps": 1}, "steps must be greater than or equal to 2, got 1"),
+        ("cork", "tile", {"signals": 1}, "signals must be greater than or equal to 2, got 1"),
         ("cork", "tile", {"seconds": 0.1}, "signals must last at least 0.5 s"),
     ],
 )

@@ -10,7 +10,8 @@ from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_image, write_signal
-from tactogram.workflows.generation.clone import clone, live_map
+from tactogram.workflows.generation.clone import clone
+from tactogram.workflows.generation.cloned_strokes import live_map
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train

@@ -133,7 +133,11 @@ def slow_stroke(folder):
 def test_a_recording_says_where_its_band_ends(tmp_path):
     given = {"vibration_speed_mm_s": 900.0, "speed_mm_s": 100.0}
     [row] = generate_files(
-        load_run("texture_flow"), given, tmp_path / "a.wav", seconds=0.5, recording=slow_stroke(tmp_path)
+        load_run("texture_flow"),
+        given,
+        tmp_path / "a.wav",
+        seconds=0.5,
+        options={"vibration": slow_stroke(tmp_path)},
     )
     assert row["limited"] == [
         f"speed 900 mm/s of the given recording is outside of what was recorded: {FASTEST}",

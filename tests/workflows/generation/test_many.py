@@ -94,8 +94,7 @@ def test_options_that_the_table_states_are_refused_beside_it(table, tmp_path, ca
             "--on and --processes are for --conditions",
         ),
     ):
-        with pytest.raises(SystemExit):
-            main(wrong)
+        assert main(wrong) == 2
         assert message in capsys.readouterr().err
     assert main([*told, "--seconds", "0.25", "--processes", "1", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["files"]) == 3

@@ -10,8 +10,7 @@ from huggingface_hub import ModelCard
 from tactogram.cli import main
 from tactogram.errors import RunError
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.training.export import export
-from tactogram.workflows.training.hub_folder import import_from
+from tactogram.workflows.training.export import export, import_from
 from tactogram.workflows.training.loaded_run import load_run
 
 
@@ -50,7 +49,7 @@ def test_nothing_says_where_it_was_made(evaluated, folder):
 
 
 def test_the_folder_is_the_run_again(evaluated, folder, texture, tmp_path):
-    import_from(folder, tmp_path / "again")
+    import_from(folder, out=tmp_path / "again")
     ours, theirs = (load_run(each).classifier for each in (evaluated, tmp_path / "again"))
     signal = texture("cork", 99)
     np.testing.assert_array_equal(ours.probabilities(signal), theirs.probabilities(signal))
@@ -70,7 +69,7 @@ def test_pushed_to_a_server_and_pulled_it_is_the_run_again(evaluated, hub, tmp_p
 
 def test_a_refusing_server_is_one_line(evaluated, hub, monkeypatch, tmp_path):
     with pytest.raises(RunError, match="lab/none: the Hub did not do it: .*Repository Not Found"):
-        import_from("hf://lab/none", tmp_path / "run")
+        import_from("hf://lab/none", out=tmp_path / "run")
     monkeypatch.setenv("HF_TOKEN", "hf_wrong")
     with pytest.raises(RunError, match=r"lab/felt: the Hub did not do it: .*401.*hf auth login"):
         export(evaluated, to="hub", out=tmp_path / "folder", push="lab/felt")
@@ -79,10 +78,10 @@ def test_a_refusing_server_is_one_line(evaluated, hub, monkeypatch, tmp_path):
 
 def test_a_folder_that_is_no_run_is_refused(folder, tmp_path):
     with pytest.raises(RunError, match="not a run in the layout of the Hub: it has no recipe.toml"):
-        import_from(tmp_path, tmp_path / "run")
+        import_from(tmp_path, out=tmp_path / "run")
     broken = tmp_path / "broken"
     shutil.copytree(folder, broken)
     (broken / "recipe.toml").write_text("model = 3\n", encoding="utf-8")
     with pytest.raises(RunError, match="not a run of this package"):
-        import_from(broken, tmp_path / "run")
+        import_from(broken, out=tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -3,7 +3,7 @@
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.workflows.training.requests import TrainingRequest
+from tactogram.workflows.training.plan import TrainingRequest
 from tactogram.workflows.training.sweep import SearchSpace, drop_torn_states, sweep
 
 
@@ -38,9 +38,9 @@ def test_a_wrong_space_is_refused(space, old, new, message):
 
 def test_a_sweep_needs_ray_and_a_folder(store, space):
     with pytest.raises(ParameterError, match="on must be ray or ray:ADDRESS for a sweep, got ''"):
-        sweep(TrainingRequest("stroke_cnn", store), space, on="")
+        sweep(TrainingRequest("stroke_cnn", store), space, out=None, on="")
     with pytest.raises(ParameterError, match="out must be a folder for a sweep"):
-        sweep(TrainingRequest("stroke_cnn", store), space)
+        sweep(TrainingRequest("stroke_cnn", store), space, out=None)
 
 
 def test_states_that_a_kill_cut_short_are_dropped(tmp_path):

@@ -59,7 +59,7 @@ class MadeUpWorkflows:
             recordings="3 of the test part",
         )
 
-    def crossval_ratings(self, model, data, **options):
+    def crossval(self, model, data, **options):
         row = {
             "mae": 0.5,
             "mae_sd": 0.1,

@@ -5,38 +5,55 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
+from annotated_types import Ge
 
-from tactogram.datasets import Examples, Segment, label_of
 from tactogram.errors import ParameterError, RunError
-from tactogram.evaluation.mixing.ladder import MODES, MixSeries
-from tactogram.evaluation.mixing.placement import IndistinctEndsError, MixingLadder, positions
-from tactogram.evaluation.report import save_figure
-from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
-from tactogram.signal.io.atomic import check_writable, write_text
-from tactogram.training.seeds import child_seed
-from tactogram.workflows.evaluation.requests import MixRequest
-from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.request import takes
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
+from tactogram.parameters import checked
+from tactogram.workflows.progress import ProgressCallback, silent
+
+if TYPE_CHECKING:
+    from tactogram.evaluation.mixing.ladder import MixSeries
+    from tactogram.evaluation.mixing.placement import MixingLadder
+    from tactogram.signal import Signal
+    from tactogram.workflows.training.loaded_run import LoadedRun
+
+Mode = Literal["sum", "add"]
+Several = Annotated[int, Ge(2)]
 
 
-@takes(MixRequest)
-def mix_ladder(request: MixRequest) -> MixSeries:
+def mix_ladder(
+    run: Path | str | LoadedRun,
+    start: str,
+    end: str,
+    *,
+    mode: Mode = "sum",
+    steps: int = 11,
+    signals: int = 6,
+    speed_mm_s: float | None = None,
+    force_n: float | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    progress: ProgressCallback = silent,
+) -> MixSeries:
     """Generate a ladder of mixes and measure it, without writing anything.
 
-    Every signal measured has its own seed.
+    Every signal measured has its own seed. Parameters are those of `mixing_ladder`.
 
     Raises `ParameterError` if the materials are the same, unknown or cannot be distinguished.
     """
-    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
-    start, end, steps, signals = request.start, request.end, request.steps, request.signals
-    mode, seed = request.mode, request.seed
+    import numpy as np
+
+    from tactogram.evaluation.mixing.ladder import MixSeries
+    from tactogram.evaluation.mixing.placement import positions
+    from tactogram.signal import Signal
+    from tactogram.training.seeds import child_seed
+    from tactogram.workflows.generation.generate import generate
+    from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
     if "words" in (known := loaded.facts.conditions) and "material" not in known:
         raise ParameterError(
             f"{loaded.run.name}: mixes are of materials; {loaded.facts.name} is conditioned on words"
@@ -51,16 +68,16 @@ def mix_ladder(request: MixRequest) -> MixSeries:
         nonlocal done
         # The steps differ in chance as well: with one seed the ladder would look smoother than it is.
         own = seed if purpose == "shown" else child_seed(seed, "mixing", purpose, place)
-        condition = {**request.condition, "material": material}
+        condition = _stroke(speed_mm_s, force_n) | {"material": material}
         found = []
-        for signal in generate(loaded, condition, seconds=request.seconds, seed=own, count=count):
+        for signal in generate(loaded, condition, seconds=seconds, seed=own, count=count):
             if not isinstance(signal, Signal):
                 raise ParameterError(
                     f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed"
                 )
             found.append(signal)
             done += 1
-            request.progress("mix", done, total)
+            progress("mix", done, total)
         return found
 
     ends = [draw({name: 1.0}, "end", place, signals) for place, name in enumerate((start, end))]
@@ -82,35 +99,92 @@ def mix_ladder(request: MixRequest) -> MixSeries:
     )
 
 
-@takes(MixRequest)
-def mixing_ladder(request: MixRequest) -> dict[str, Any]:
-    """Make a ladder with `mix_ladder` and write ``ladder.png``, the steps as WAV and ``ladder.json`` to ``out``.
+@checked
+def mixing_ladder(
+    run: Path | str | LoadedRun,
+    start: str,
+    end: str,
+    *,
+    mode: Mode = "sum",
+    steps: Several = 11,
+    signals: Several = 6,
+    speed_mm_s: float | None = None,
+    force_n: float | None = None,
+    seconds: float | None = None,
+    seed: int = 0,
+    out: Path | str | None = None,
+    reuse: bool = False,
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Generate a ladder of mixes of two materials, and measure where each step lies.
 
-    Keys of the result: the request (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``,
-    ``sounds``, and `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there
-    is none).
+    ``ladder.png``, the steps as WAV and ``ladder.json`` are written to ``out``; with ``reuse`` a ladder of the same
+    parameters that is there is returned.
+
+    Parameters
+    ----------
+    run : Path, str or LoadedRun
+        Run of a generator.
+    start, end : str
+        Materials at the ends.
+    mode : str
+        Weights that sum to 1, or the first at 1 and the second added.
+    steps : int
+        Weights of the second from 0 to 1.
+    signals : int
+        Signals measured at each step.
+    speed_mm_s : float, optional
+        Stroking speed, mm/s.
+    force_n : float, optional
+        Normal force, N.
+    seconds : float, optional
+        Length of each, by default the model's own.
+    seed : int
+        Of what is drawn.
+    out : Path or str, optional
+        Folder for figure, sounds and JSON, by default RUN/mixing/A-B-MODE.
+
+    Returns
+    -------
+    dict
+        The parameters (``model``, ``run``, ``start``, …), ``simulated``, ``in_words``, ``figure``, ``sounds``, and
+        `MixingLadder.as_dict` as ``ladder``, ``without_level`` and ``against_recordings`` (None where there is none).
+
+    Raises
+    ------
+    ParameterError
+        If the materials are the same, unknown or cannot be distinguished, or ``out`` cannot be written to.
     """
-    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
-    request = replace(request, run=loaded)
-    start, end, mode, seed = request.start, request.end, request.mode, request.seed
+    from tactogram.evaluation.mixing.ladder import MODES
+    from tactogram.evaluation.report import save_figure
+    from tactogram.signal.io import write_signal
+    from tactogram.signal.io.atomic import check_writable, write_text
+    from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+
+    loaded = run if isinstance(run, LoadedRun) else load_run(run)
+    settings: dict[str, Any] = {
+        "mode": mode,
+        "steps": steps,
+        "signals": signals,
+        "seconds": seconds,
+        "seed": seed,
+    }
     requested = {
         "model": loaded.facts.name,
         "run": loaded.run.data["run_id"],
         "start": start,
         "end": end,
-        "mode": mode,
-        "steps": request.steps,
-        "signals": request.signals,
-        "seconds": request.seconds,
-        "seed": seed,
-        "condition": request.condition,
+        **settings,
+        "condition": _stroke(speed_mm_s, force_n),
     }
     own = loaded.run.folder / "mixing" / _file(f"{start}-{end}-{mode}")
-    folder = Path(request.out) if request.out else own
-    if request.reuse and (known := _read(folder / "ladder.json")) and requested.items() <= known.items():
+    folder = Path(out) if out else own
+    if reuse and (known := _read(folder / "ladder.json")) and requested.items() <= known.items():
         return known
     check_writable(folder, folder=True)
-    mixes = mix_ladder(**vars(request))
+    mixes = mix_ladder(
+        loaded, start, end, **settings, speed_mm_s=speed_mm_s, force_n=force_n, progress=progress
+    )
     folder.mkdir(parents=True, exist_ok=True)
     sounds = []
     for step, signal in enumerate(mixes.shown):
@@ -142,12 +216,21 @@ def mixing_ladder(request: MixRequest) -> dict[str, Any]:
     return result
 
 
+def _stroke(speed_mm_s: float | None, force_n: float | None) -> dict[str, Any]:
+    """Return speed and force, where given."""
+    known = {"speed_mm_s": speed_mm_s, "force_n": force_n}
+    return {name: value for name, value in known.items() if value is not None}
+
+
 def recorded(run: Path | str | LoadedRun, material: str) -> list[Signal]:
     """Return the recordings of ``material`` that the run was not trained on, prepared; empty if it kept none."""
+    from tactogram.datasets import Examples, label_of
+    from tactogram.workflows.training.loaded_run import LoadedRun, load_run, test_part
+
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     store, split = test_part(loaded.run)
     label = loaded.run.data["label"]
-    kept: list[Segment] = [s for s in split.test if label_of(store.info(s.id), label) == material]
+    kept = [s for s in split.test if label_of(store.info(s.id), label) == material]
     return [example.signal for example in Examples(store, kept, loaded.as_trained, label=label)]
 
 
@@ -155,6 +238,8 @@ def _if_apart(
     made: Sequence[Sequence[Signal]], start: Sequence[Signal], end: Sequence[Signal], **options: Any
 ) -> MixingLadder | None:
     """Return the ladder between two ends, None where there are too few signals or they are alike."""
+    from tactogram.evaluation.mixing.placement import IndistinctEndsError, positions
+
     if min(len(start), len(end)) < 2:
         return None
     try:

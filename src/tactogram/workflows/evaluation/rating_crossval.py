@@ -20,11 +20,10 @@ from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
 from tactogram.recipe import run_id
-from tactogram.workflows.evaluation.crossval import CrossvalSetup, write_results
-from tactogram.workflows.request import takes
+from tactogram.workflows.evaluation.classifier_crossval import CrossvalRequest, CrossvalSetup, write_results
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.training.execution import run_training
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.training.requests import CrossvalRequest
-from tactogram.workflows.training.train import run_training
 from tactogram.workflows.workers.tasks import kept_values
 
 HeldOut = Literal["item", "rater", "both"]
@@ -45,8 +44,7 @@ Part = tuple[int, frozenset[str], frozenset[str]]
 """A repetition, and the items and raters held out in one of its folds; either set may be empty."""
 
 
-@takes(CrossvalRequest)
-def crossval_ratings(request: CrossvalRequest) -> dict[str, Any]:
+def crossval_ratings(request: CrossvalRequest, progress: ProgressCallback = silent) -> dict[str, Any]:
     """Train and evaluate a predictor once per fold and return its errors with those of reference guesses.
 
     ``by`` is ``item`` (also ``recording``, ``material``): scores of unseen items, against the mean of all raters;
@@ -57,11 +55,15 @@ def crossval_ratings(request: CrossvalRequest) -> dict[str, Any]:
     split, recipe and data, ``folds``, ``repeats``, ``items`` and ``raters``. The folder has ``crossval.json``,
     ``words.png`` and ``report.html``.
 
-    Raises `ParameterError` if the model is no predictor, there are too few items or raters, or ``out`` cannot be
+    Raises `ParameterError` if a parameter is for classifiers, there are too few items or raters, or ``out`` cannot be
     written to.
     """
+    if request.split or request.only_folds:
+        raise ParameterError(
+            "`split` and `only_folds` are for classifiers; a predictor takes `folds` and `repeats`"
+        )
     held_out, folds, repeats = _held_out(request.by), request.folds, request.repeats
-    setup = CrossvalSetup.of(request, task="prediction")
+    setup = CrossvalSetup.of(request)
     store, recipe = setup.store, setup.recipe
     description = setup.description(_described(held_out, folds, repeats))
     folder = setup.folder(description)
@@ -71,8 +73,8 @@ def crossval_ratings(request: CrossvalRequest) -> dict[str, Any]:
     items = tuple(sorted({str(e.item) for e in examples}))
     ratings = rated.ratings.select(items=items)
     parts = _all_parts(held_out, items, ratings.raters, folds, repeats=repeats, seed=recipe.seed)
-    data = _RatedData(setup.request_for_workers(), rated.kind(examples), examples, ratings)
-    found, described_by = _predicted(setup, data, parts, held_out, folder)
+    data = _RatedData(request.for_workers(), rated.kind(examples), examples, ratings)
+    found, described_by = _predicted(setup, data, parts, held_out, folder, progress)
     figures: dict[str, Any] = {
         **found.as_dict(seed=recipe.seed),
         **description,
@@ -114,13 +116,18 @@ def _all_parts(
 
 
 def _predicted(
-    setup: CrossvalSetup, data: _RatedData, parts: Sequence[Part], held_out: HeldOut, folder: Path
+    setup: CrossvalSetup,
+    data: _RatedData,
+    parts: Sequence[Part],
+    held_out: HeldOut,
+    folder: Path,
+    progress: ProgressCallback,
 ) -> tuple[PredictedRatings, str | None]:
     """Return the predictions of each part by a model trained on the rest, and a description of its features.
 
     A repetition is a row; where raters are held out each part is one, for all items are predicted in each.
     """
-    values = _part_values(setup, data, parts, folder)
+    values = _part_values(setup, data, parts, folder, progress)
     ratings = data.ratings
     rows = len(parts) if held_out == "rater" else parts[-1][0] + 1
     found = {
@@ -149,7 +156,7 @@ class _RatedData:
 
 
 def _part_values(
-    setup: CrossvalSetup, data: _RatedData, parts: Sequence[Part], folder: Path
+    setup: CrossvalSetup, data: _RatedData, parts: Sequence[Part], folder: Path, progress: ProgressCallback
 ) -> list[dict[str, Any]]:
     """Return `_part_value` of each part; those that are done stay in ``folder`` until all are."""
     request, kept = setup.request, folder / "folds"
@@ -168,7 +175,7 @@ def _part_values(
         name=lambda part: f"part {part[0]}/{len(parts)}",
         on=request.on,
         processes=setup.processes(len(parts)),
-        progress=request.progress,
+        progress=progress,
     )
     shutil.rmtree(kept)
     return values
@@ -178,7 +185,7 @@ def _part_value(numbered: tuple[int, Part], *, data: _RatedData) -> dict[str, An
     """Return the scores predicted of a part's items, their truth and a constant guess, as JSON types."""
     _, (repeat, unseen_items, unseen_people) = numbered
     ratings = data.ratings
-    setup = CrossvalSetup.of(data.request, task="prediction")
+    setup = CrossvalSetup.of(data.request)
     examples = _known(data.examples, unseen_items, unseen_people)
     learner = setup.learner(data.kind, seed=setup.recipe.seed + repeat)
     learner.stages(examples)

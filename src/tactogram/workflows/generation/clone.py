@@ -2,45 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
-from tactogram.model import Condition, limits_within
-from tactogram.signal import Signal
-from tactogram.signal.io import read_image, read_signal
-from tactogram.signal.io.atomic import check_writable
-from tactogram.signal.modulated_noise_fit import fit_modulated_noise
-from tactogram.signal.texture_map import NAMES, NoiseMap
-from tactogram.training.run import Run
-from tactogram.training.seeds import child_seed
-from tactogram.workflows.generation.generate import limits, run_provenance, within
-from tactogram.workflows.generation.requests import FORCES_N, SPEEDS_MM_S, STROKE_S, CloneRequest
-from tactogram.workflows.generation.word_scores import some_words
-from tactogram.workflows.request import takes
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.parameters import Count, Positive, checked
+from tactogram.workflows.progress import ProgressCallback, silent
+from tactogram.workflows.recognition.files import classify_files  # noqa: F401  (its parameters are referred to)
 from tactogram.workflows.training.train import train
 
-WORDS = "words"
-"""Material of the surface that words describe."""
-_CLONED = SPEEDS_MM_S, FORCES_N
-LEAST_S = 1.0
-"""Shortest recording that is itself a stroke of its clone."""
+if TYPE_CHECKING:
+    from tactogram.training.run import Run
 
 
-@takes(CloneRequest)
-def clone(request: CloneRequest) -> Run:
-    """Return a run of `texture_var` that plays surfaces at any speed and force, from one stroke, photograph or name.
+@checked
+def clone(
+    recordings: Sequence[Path | str] = (),
+    *,
+    out: Path | str,
+    speed: Positive | None = None,
+    force: Positive | None = None,
+    materials: Sequence[str] = (),
+    images: Sequence[Path | str] = (),
+    words: Mapping[str, float] | None = None,
+    speeds: tuple[float, ...] | None = None,
+    forces: tuple[float, ...] | None = None,
+    seconds: Positive = 4.0,
+    model: str = "texture_flow",
+    seed: int = 0,
+    unit: str | None = None,
+    rate: Positive | None = None,
+    axes: tuple[str, ...] | None = None,
+    time: str | None = None,
+    sheet: str | None = None,
+    part: Count | None = None,
+    progress: ProgressCallback = silent,
+) -> Run:
+    """Make a texture for any speed and force from one stroke of a surface, or from words.
 
+    Each recording and photograph is a surface, named like its file, as are each of ``materials`` and the ``words``.
+    The result is a run of `texture_var`.
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
     limited to what the model predicts, which count as simulated; and a recording of 1 s or more whose speed is known,
     as of the middle one of ``forces`` if its own is not. A recording in another unit than the model's keeps its unit,
-    but then all must have it. ``notes`` of the run's facts say what is outside of what the model learned.
+    but then all must have it. ``notes`` of the run's facts say what is outside of what the model learned,
+    and ``photographs`` what each was classified as.
+
+    Parameters
+    ----------
+    recordings : sequence of Path or str
+        One stroke of each surface.
+    out : Path or str
+        Folder of the run.
+    speed : float, optional
+        Speed of the recordings, mm/s, if known.
+    force : float, optional
+        Normal force of the recordings, N, if known.
+    materials : sequence of str
+        Material of the model, instead of a recording.
+    images : sequence of Path or str
+        Photograph of a surface, instead of a recording, for a model trained on some.
+    words : mapping, optional
+        Scores from 1 to 7 by word, instead of a recording, e.g. rough=6,sticky=2.
+    speeds : tuple of float, optional
+        Speeds to generate strokes at, mm/s, by default 30, 60, 120, 240 and 400.
+    forces : tuple of float, optional
+        Forces to generate strokes at, N, by default 0.3, 1 and 3.
+    seconds : float
+        Length of each stroke, s.
+    model : str
+        Run that generates the strokes.
+    seed : int
+        Of what is drawn.
+    unit, rate, axes, time, sheet, part
+        As of `classify_files`.
+
+    Returns
+    -------
+    Run
+        The finished run.
 
     Raises
     ------
@@ -51,143 +92,72 @@ def clone(request: CloneRequest) -> Run:
     RunError
         If ``out`` holds a run.
     """
-    out = Path(request.out)
+    from tactogram.datasets import create_store
+    from tactogram.model import limits_within
+    from tactogram.signal.io.atomic import check_writable
+    from tactogram.signal.texture_map import NAMES
+    from tactogram.training.run import Run
+    from tactogram.workflows.generation.cloned_strokes import (
+        FORCES_N,
+        SPEEDS_MM_S,
+        described_surfaces,
+        strokes_of,
+    )
+    from tactogram.workflows.generation.generate import run_provenance
+    from tactogram.workflows.generation.photographs import description_facts
+    from tactogram.workflows.training.loaded_run import load_run
+
+    out, speeds, forces = Path(out), speeds or SPEEDS_MM_S, forces or FORCES_N
     strokes = out.with_name(f"{out.name}-strokes")
     check_writable(out, folder=True)
     Run(out).check_free()
-    loaded = load_run(request.model)
+    loaded = load_run(model)
     ranges = loaded.model.predicted_ranges
     if not ranges:
         raise ParameterError(
-            f"{request.model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
+            f"{model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
             "on recordings at several speeds with config.prediction=true"
         )
-    surfaces, limited = _surfaces(request, loaded)
-    for name, values, default in zip(NAMES, (request.speeds, request.forces), _CLONED, strict=True):
+    reading = {"unit": unit, "rate": rate, "axes": axes, "time": time, "sheet": sheet, "part": part}
+    surfaces, limited = described_surfaces(
+        loaded,
+        recordings=recordings,
+        reading=reading,
+        speed=speed,
+        force=force,
+        images=images,
+        materials=materials,
+        words=words,
+    )
+    for name, values, default in zip(NAMES, (speeds, forces), (SPEEDS_MM_S, FORCES_N), strict=True):
         known = {name: ranges[name]} if name in ranges else {}
         limited += [
             str(found) for value in {*values} - {*default} for found in limits_within({name: value}, known)
         ]
+    made = strokes_of(
+        loaded,
+        surfaces,
+        ranges,
+        recorded_at=(speed, force),
+        speeds=speeds,
+        forces=forces,
+        seconds=seconds,
+        seed=seed,
+        progress=progress,
+    )
     store = create_store(
         strokes,
-        _strokes(request, loaded, surfaces, ranges),
+        made,
         name=f"clones of {', '.join(surfaces)}",
         licence="that of the recordings",
-        source=f"tactogram clone, by {run_provenance(loaded, request.seed)['run']}",
+        source=f"tactogram clone, by {run_provenance(loaded, seed)['run']}",
         simulated=True,
     )
-    run = train("texture_var", store.path, out=out, split="all", progress=request.progress)
+    run = train("texture_var", store.path, out=out, split="all", progress=progress)
     facts = run.facts()
-    run.write_json("model.json", facts | {"notes": [*facts["notes"], *limited]})
-    return run
-
-
-def live_map(
-    run: LoadedRun, condition: Condition, ranges: Mapping[str, tuple[float, float]], *, seed: int = 0
-) -> NoiseMap:
-    """Return a surface over speed and force, to be streamed: a clone that is not stored.
-
-    ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`Model.predicted_ranges`).
-    """
-    at, described = _grid(_CLONED, ranges), within(run, condition)
-    strokes = [
-        run.generate(
-            {**described, **_known(pair)},
-            seconds=STROKE_S,
-            seed=child_seed(seed, "clone", number),
-        )
-        for number, pair in enumerate(at, start=1)
-    ]
-    models = [fit_modulated_noise(stroke) for stroke in strokes if isinstance(stroke, Signal)]
-    return NoiseMap(models, np.array(at, np.float64))
-
-
-def _grid(
-    cloned: tuple[Sequence[float], Sequence[float]], ranges: Mapping[str, tuple[float, float]]
-) -> list[tuple[float | None, ...]]:
-    """Return the speeds and forces of strokes, None where a model predicts none."""
-    return list(
-        product(*(_within(values, ranges.get(name)) for name, values in zip(NAMES, cloned, strict=True)))
-    )
-
-
-def _known(pair: Sequence[float | None]) -> dict[str, float]:
-    return {name: value for name, value in zip(NAMES, pair, strict=True) if value is not None}
-
-
-def _within(values: Sequence[float], limits: tuple[float, float] | None) -> list[float | None]:
-    """Return those of values that a model predicts, which begin and end at its limits; None if it predicts none."""
-    if limits is None:
-        return [None]
-    return [*sorted({min(max(value, limits[0]), limits[1]) for value in values})]
-
-
-def _surfaces(request: CloneRequest, loaded: LoadedRun) -> tuple[dict[str, Mapping[str, Any]], list[str]]:
-    """Return the condition that describes each surface, by name, and what is outside of what the model learned."""
-    limited: list[str] = []
-    found: dict[str, Mapping[str, Any]] = {}
-    known = {"vibration_speed_mm_s": request.speed, "vibration_force_n": request.force}
-    names = [
-        *(Path(file).stem for file in (*request.recordings, *request.images)),
-        *request.materials,
-        *([WORDS] if request.words else []),
-    ]
-    if twice := [name for name in names if names.count(name) > 1]:
-        raise ParameterError(
-            f"recordings, photographs, materials and `words` must have different names, got {twice[0]!r} twice"
-        )
-    for file in map(Path, request.recordings):
-        recording = read_signal(file, **request.reading)
-        found[file.stem] = {"vibration": loaded.prepare_vibration(recording), **known}
-        notes = *limits(loaded, known), *loaded.missing_band(recording)
-        limited += [f"{file.stem}: {note}" for note in notes]
-    found |= {Path(file).stem: {"image": read_image(file)} for file in request.images}
-    found |= {name: {"material": name} for name in request.materials}
-    if request.words:
-        asked = {"words": some_words(loaded, request.words)}
-        found[WORDS], limited = within(loaded, asked), [*limited, *map(str, limits(loaded, asked))]
-    if not found:
-        raise ParameterError("give a recording of a surface, `images`, `materials` or `words`")
-    return found, limited
-
-
-def _strokes(
-    request: CloneRequest,
-    loaded: LoadedRun,
-    surfaces: Mapping[str, Mapping[str, Any]],
-    ranges: Mapping[str, tuple[float, float]],
-) -> Iterator[Recording]:
-    grid = _grid((request.speeds, request.forces), ranges)
-    forces = sorted({force for _, force in grid if force is not None})
-    middle = forces[len(forces) // 2] if forces else None
-    recorded = {
-        name: (request.speed, request.force or middle)
-        for name, given in surfaces.items()
-        if request.speed and "vibration" in given and given["vibration"].seconds >= LEAST_S
+    photographs = {
+        name: description_facts(loaded, surface) for name, surface in surfaces.items() if "image" in surface
     }
-    for name, (speed, force) in recorded.items():
-        yield _stroke(name, surfaces[name]["vibration"], speed, force, simulated=False)
-    at = [(name, pair) for name in surfaces for pair in grid]
-    for number, (name, pair) in enumerate(at, start=1):
-        if recorded.get(name) == pair:
-            continue
-        made = loaded.generate(
-            {**surfaces[name], **_known(pair)},
-            seconds=request.seconds,
-            seed=child_seed(request.seed, "clone", number),
-        )
-        request.progress("generate", number, len(at))
-        yield _stroke(name, made, *pair, simulated=True)
-
-
-def _stroke(
-    name: str, signal: Any, speed: float | None, force: float | None, *, simulated: bool
-) -> Recording:
-    return Recording(
-        streams={"acceleration": signal},
-        material=name,
-        speed_mm_s=speed,
-        force_n=force,
-        simulated=simulated,
-        source="-".join([name, *(f"{value:g}" for value in (speed, force) if value is not None)]),
-    )
+    seen = {"photographs": photographs} if photographs else {}
+    run.write_json("model.json", facts | {"notes": [*facts["notes"], *limited]} | seen)
+    return run

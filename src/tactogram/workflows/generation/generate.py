@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.simulate.materials import SYNONYMS, known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe, plain
-from tactogram.model import Condition, Limit
+from tactogram.model import Condition, Limit, check_options, condition_options
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
@@ -19,6 +21,7 @@ from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, 
 from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.photographs import description_facts
+from tactogram.workflows.generation.word_scores import some_words
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
 MOST = 100_000
@@ -41,10 +44,10 @@ def generate(
 
     Signals of different surfaces differ in noise; one surface keeps its noise at any speed, force and motion.
 
-    ``condition`` has names from `tactogram.model.CONDITIONS`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words
-    are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead
-    (`tactogram.workflows.generation.generate`). The length is by default the model's own. What is outside of what
-    the run learned counts as the nearest inside (`limits`).
+    ``condition`` has names from `tactogram.model.condition_types`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``;
+    words are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material
+    instead (`with_materials`). The length is by default the model's own. What is outside of what the run learned counts
+    as the nearest inside (`limits`).
 
     Raises
     ------
@@ -126,18 +129,17 @@ def generate_files(
     seconds: float | None = None,
     seed: int = 0,
     count: int = 1,
-    photograph: Path | str | None = None,
-    recording: Path | str | None = None,
+    options: Mapping[str, Any] | None = None,
     reading: Mapping[str, Any] | None = None,
-    motion: Path | str | None = None,
 ) -> list[dict[str, Any]]:
     """Write ``count`` signals or images to ``out``, numbered ``NAME-1.wav`` and so on where there are several.
 
     Provenance, and whether the model was trained on simulated data, is written into the files.
 
-    The other parameters are those of `generate`. The names of ``photograph``, ``recording`` and ``motion``, for models
-    conditioned on one, are written into the files; the recording is filtered and resampled as those that the model was
-    trained on, and read with the arguments ``reading`` of `read_signal`; the motion is that of `motion_of`.
+    The other parameters are those of `generate`. ``options`` state conditions further to ``condition`` as text and
+    files do (`tactogram.model.condition_options`); the names of the files are written into the results. A recording is
+    filtered and resampled as those that the model was trained on, and read with the arguments ``reading`` of
+    `read_signal`; a motion is that of `motion_of`.
 
     Returns
     -------
@@ -158,20 +160,14 @@ def generate_files(
     known = suffixes_for(loaded.facts.gives)
     if out.suffix.lower() not in known:
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
-    if photograph is not None:
-        condition = {**condition, "image": read_image(photograph)}
-    recorded = None if recording is None else read_signal(recording, **reading or {})
-    if recorded is not None:
-        condition = {**condition, "vibration": loaded.prepare_vibration(recorded)}
-    if motion is not None:
-        _check_motion(loaded)
-        condition = {**condition, "motion": motion_of(motion, seconds=seconds, seed=seed)}
-    named = {"photograph": photograph, "vibration_from": recording, "motion_from": motion}
-    more = {name: Path(file).name for name, file in named.items() if file is not None}
-    found = condition_facts(loaded, condition, recorded)
+    how = Reading(loaded, reading or {}, seconds, seed)
+    condition = {**condition, **how.condition(options or {})}
+    found = condition_facts(loaded, condition)
+    if how.limited:
+        found["limited"] = [*found.get("limited", ()), *how.limited]
     if count > 1 and loaded.model.variation:
         found["differ_by"] = loaded.model.variation
-    facts = run_provenance(loaded, seed) | _named(condition) | more | found
+    facts = run_provenance(loaded, seed) | _named(condition) | how.files | found
     return [
         write_made(numbered(out, number, count), made, facts | {"number": number}, simulated=loaded.simulated)
         | found
@@ -179,6 +175,62 @@ def generate_files(
             generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
     ]
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Reader of the options of a condition: for a run, with arguments of `read_signal`, a length and a seed.
+
+    ``files`` gets the names of the files that were read, by their key in the metadata of the results, and ``limited``
+    sentences on what a recording lacks.
+    """
+
+    run: LoadedRun
+    arguments: Mapping[str, Any]
+    seconds: float | None = None
+    seed: int = 0
+    files: dict[str, str] = field(default_factory=dict)
+    limited: list[str] = field(default_factory=list)
+
+    def condition(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the condition that the values of options state; None states nothing."""
+        check_options(options)
+        known, found = condition_options(), {}
+        for name, value in options.items():
+            if value is None:
+                continue
+            one, option = known[name]
+            if option.read:
+                module, _, function = option.read.partition(":")
+                found[one.name] = getattr(import_module(module), function)(value, self)
+            else:
+                found[one.name] = value
+            if option.file:
+                self.files[option.file] = Path(value).name
+        return found
+
+
+def read_photograph(file: Path | str, how: Reading) -> Image:
+    """Return a photograph."""
+    return read_image(file)
+
+
+def read_words(words: Mapping[str, float], how: Reading) -> dict[str, float]:
+    """Return scores from 1 to 7 on the scale of the run's ratings."""
+    return some_words(how.run, words)
+
+
+def read_recording(file: Path | str, how: Reading) -> Signal:
+    """Return a recording of a surface as the run's model was trained on it."""
+    recorded = read_signal(file, **how.arguments)
+    how.limited.extend(how.run.missing_band(recorded))
+    return how.run.prepare_vibration(recorded)
+
+
+def read_motion(source: Path | str, how: Reading) -> Motion:
+    """Return the motion of a file or of a simulated hand."""
+    _check_motion(how.run)
+    return motion_of(source, seconds=how.seconds, seed=how.seed)
 
 
 def condition_facts(run: LoadedRun, condition: Condition, recorded: Signal | None = None) -> dict[str, Any]:

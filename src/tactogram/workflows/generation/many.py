@@ -5,21 +5,21 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, get_origin
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from tactogram.datasets.examples import cores
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.model import check_options, condition_options
 from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_table, read_toml
 from tactogram.validation import validated
-from tactogram.workflows.generation.generate import generate_files, suffixes_for
-from tactogram.workflows.generation.word_scores import needs_words, some_words
+from tactogram.workflows.generation.generate import SIMULATED, generate_files, suffixes_for
+from tactogram.workflows.generation.word_scores import needs_words
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import absolute
@@ -27,54 +27,46 @@ from tactogram.workflows.workers.tasks import kept_values
 
 CHUNK = 16
 """Conditions of a task: loading a run costs more than a signal."""
-FILES = ("image", "vibration", "motion")
 
 
-class ConditionRow(BaseModel):
-    """A row of the table: the options of ``tactogram generate`` of the same names."""
+@dataclass(frozen=True)
+class ConditionRow:
+    """A row of the table: options of ``tactogram generate``, by the same names."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    file: str = ""
-    material: str | None = None
-    mix: Mapping[str, float] | None = None
-    text: str | None = None
-    words: Mapping[str, float] | None = None
-    speed: float | None = None
-    force: float | None = None
-    motion: str | None = None
-    image: str | None = None
-    vibration: str | None = None
-    vibration_speed: float | None = None
-    vibration_force: float | None = None
-    vibration_contactor: str | None = None
-    contactor: str | None = None
+    file: str
+    options: Mapping[str, Any]
+    """Of the condition."""
     seconds: float | None = None
-    seed: int | None = Field(default=None, ge=0)
+    seed: int | None = None
 
-    @field_validator("mix", "words", mode="before")
-    @classmethod
-    def _weights(cls, value: Any) -> Any:
-        """Read ``cork=0.6,tile=0.4``, as a cell of a CSV file has it."""
-        if not isinstance(value, str):
-            return value
-        pairs = [pair.rpartition("=") for pair in value.split(",")]
-        return {name.strip(): weight for name, _, weight in pairs}
 
-    @property
-    def condition(self) -> dict[str, Any]:
-        """The condition of `generate`, but for words and files."""
-        values = {
-            "material": {self.material: 1.0} if self.material else self.mix,
-            "text": self.text,
-            "speed_mm_s": self.speed,
-            "force_n": self.force,
-            "vibration_speed_mm_s": self.vibration_speed,
-            "vibration_force_n": self.vibration_force,
-            "vibration_contactor": self.vibration_contactor,
-            "contactor": self.contactor,
-        }
-        return {name: value for name, value in values.items() if value is not None}
+def _weights(value: Any) -> Any:
+    """Read ``cork=0.6,tile=0.4``, as a cell of a CSV file has it."""
+    if not isinstance(value, str):
+        return value
+    pairs = [pair.rpartition("=") for pair in value.split(",")]
+    return {name.strip(): weight for name, _, weight in pairs}
+
+
+def _columns() -> type[BaseModel]:
+    """Return the type of a row's values."""
+    columns: dict[str, Any] = {
+        name: (
+            Annotated[option.kind, BeforeValidator(_weights)] | None
+            if get_origin(option.kind) is Mapping
+            else option.kind | None,
+            None,
+        )
+        for name, (_, option) in condition_options().items()
+    }
+    return create_model(
+        "ConditionColumns",
+        __config__=ConfigDict(frozen=True, extra="forbid"),
+        file=(str, ""),
+        seconds=(float | None, None),
+        seed=(Annotated[int, Field(ge=0)] | None, None),
+        **columns,
+    )
 
 
 def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
@@ -85,9 +77,9 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
     Raises
     ------
     ParameterError
-        If a row is not a `ConditionRow`.
+        If a row has an unknown column, or a wrong value.
     DataError
-        If the file has no row, two rows for one file, or material and mix in one.
+        If the file has no row, two rows for one file, or two options of one condition in a row.
     """
     if path.suffix.lower() == ".toml":
         found = read_toml(path).get("condition", [])
@@ -99,15 +91,21 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
         ]
     if not numbered:
         raise DataError(f"{path}: must have a condition in each row (TOML: [[condition]]), found none")
-    width, rows = len(str(len(numbered))), []
+    width, rows, columns = len(str(len(numbered))), [], _columns()
     for place, (number, values) in enumerate(numbered, start=1):
-        row = validated(ConditionRow, values, where=f"{path}: row {number}")
-        if row.material and row.mix:
-            raise DataError(f"{path}: row {number}: must have material or mix, got both")
-        files = {name: absolute(path.parent / given) for name in FILES if (given := getattr(row, name))}
-        if files.get("motion") and row.motion == "simulated":
-            del files["motion"]
-        rows.append(row.model_copy(update={"file": row.file or f"{place:0{width}}{suffix}", **files}))
+        where = f"{path}: row {number}"
+        stated = validated(columns, values, where=where).model_dump(exclude_none=True)
+        try:
+            check_options(stated)
+        except ParameterError as error:
+            raise DataError(f"{where}: {error}") from error
+        own = {name: stated.pop(name, None) for name in ("file", "seconds", "seed")}
+        for name, (_, option) in condition_options().items():
+            if option.file and name in stated and stated[name] != SIMULATED:
+                stated[name] = absolute(path.parent / stated[name])
+        rows.append(
+            ConditionRow(own["file"] or f"{place:0{width}}{suffix}", stated, own["seconds"], own["seed"])
+        )
     if len({row.file for row in rows}) < len(rows):
         raise DataError(f"{path}: every row must have a file of its own")
     return rows
@@ -159,9 +157,7 @@ def generate_many(
     check_writable(folder, folder=True)
     rows = read_conditions(Path(conditions), suffix=suffixes_for(loaded.facts.gives)[0])
     rows = [
-        row.model_copy(
-            update={"seconds": row.seconds or seconds, "seed": seed if row.seed is None else row.seed}
-        )
+        replace(row, seconds=row.seconds or seconds, seed=seed if row.seed is None else row.seed)
         for row in rows
     ]
     kept = folder / "made"
@@ -172,7 +168,7 @@ def generate_many(
         for first in range(0, len(rows), CHUNK)
     ]
     identity = {"run": loaded.run.data["run_id"]}
-    ids = [run_id(identity | {"rows": [row.model_dump() for row in chunk.rows]}, "") for chunk in chunks]
+    ids = [run_id(identity | {"rows": [asdict(row) for row in chunk.rows]}, "") for chunk in chunks]
     values = kept_values(
         _made,
         chunks,
@@ -193,20 +189,15 @@ def _made(chunk: _Chunk) -> dict[str, Any]:
     """Write the files of some rows; return their facts."""
     loaded, files = load_run(chunk.run), []
     for row in chunk.rows:
-        condition = row.condition | ({"words": some_words(loaded, row.words)} if row.words else {})
-        write = partial(
-            generate_files,
-            loaded,
-            condition,
-            Path(chunk.out) / row.file,
-            seconds=row.seconds,
-            seed=row.seed or 0,
-            photograph=row.image,
-            recording=row.vibration,
-            motion=row.motion,
-        )
         try:
-            files += write()
+            files += generate_files(
+                loaded,
+                {},
+                Path(chunk.out) / row.file,
+                seconds=row.seconds,
+                seed=row.seed or 0,
+                options=row.options,
+            )
         except TactogramError as error:
             raise ParameterError(f"{row.file}: {error}") from error
     return {"files": files}

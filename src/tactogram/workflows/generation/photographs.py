@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.features.photo_descriptor import UNLIKE
 from tactogram.model import Condition
-from tactogram.signal.io import read_image
 from tactogram.workflows.training.known_photographs import known_photographs
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import LoadedRun
 
 RECOGNISED = 0.5
 """Confidence from which a predicted surface is mainly that of the material that its photograph is classified as."""
@@ -38,14 +36,6 @@ def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]
         nearest = known.nearest(image)
         found |= {"nearest_photograph": nearest.material, "novelty": round(nearest.novelty, 4)}
     return found
-
-
-def facts_of_files(run: Path | str, files: Sequence[Path | str]) -> dict[str, dict[str, Any]]:
-    """Return `description_facts` of each photograph by the file's name without suffix; no file loads no run."""
-    if not files:
-        return {}
-    loaded = load_run(run)
-    return {Path(file).stem: description_facts(loaded, {"image": read_image(file)}) for file in files}
 
 
 def description_text(facts: Mapping[str, Any]) -> str:

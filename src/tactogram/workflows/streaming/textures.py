@@ -127,7 +127,7 @@ def live_texture(
     ranges = run.model.predicted_ranges
     if not ranges:
         return None
-    from tactogram.workflows.generation.clone import live_map
+    from tactogram.workflows.generation.cloned_strokes import live_map
 
     return texture_of_map(name, live_map(run, condition, ranges, seed=seed), settings, seed=own)
 

@@ -1,4 +1,4 @@
-"""Runs in forms that other programs read: a zip, ONNX files that are checked, a C header, a folder of the Hub."""
+"""Runs in forms that other programs read, and back from a zip file or the Hub."""
 
 from __future__ import annotations
 
@@ -9,25 +9,20 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from tactogram.datasets.store.pending import new_folder
+from annotated_types import Ge
+
 from tactogram.errors import ParameterError, RunError, one_line
 from tactogram.extras import imported
-from tactogram.model import ExportedNetwork, SignalKind
-from tactogram.model.model import Port
-from tactogram.rendering.embedded.noise_header import c_name, noise_header
-from tactogram.rendering.streaming.noise_texture import one_axis
-from tactogram.signal.io.atomic import write_text
-from tactogram.signal.texture_map import NoiseMap
+from tactogram.parameters import checked
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import takes
-from tactogram.workflows.training.hub_folder import export_run
-from tactogram.workflows.training.loaded_run import load_run
-from tactogram.workflows.training.requests import ExportRequest
 
 if TYPE_CHECKING:
     from torch import Tensor
+
+    from tactogram.model import ExportedNetwork
+    from tactogram.model.model import Port
 
 OPTIONS = {
     "push": (None, "hub"),
@@ -46,34 +41,92 @@ MOST_DIFFERENCE = 1e-4
 EXTRA = {"extra": "export", "what": "ONNX files"}
 
 
-@takes(ExportRequest)
-def export(request: ExportRequest) -> dict[str, Any]:
-    """Write a run in the form that ``to`` names, and return what was written.
+@checked
+def export(
+    run: Path | str,
+    *,
+    out: Path | str,
+    to: Literal["zip", "onnx", "c", "hub"] = "zip",
+    material: str | None = None,
+    speed: Annotated[float, Ge(0)] | None = None,
+    force: Annotated[float, Ge(0)] | None = None,
+    push: str | None = None,
+    axis: str = "dft321",
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Write a finished run in another form, which does not need this package, and return what was written.
+
+    Parameters
+    ----------
+    run : Path or str
+        Folder of the run.
+    out : Path or str
+        Zip file, header file, or new folder.
+    to : str
+        zip: one file to import again; onnx: the network for onnxruntime; c: a texture for a microcontroller; hub: a
+        folder in the layout of the Hugging Face Hub.
+    material : str, optional
+        c: the material.
+    speed, force : float, optional
+        c: mm/s and N, by default the median recorded.
+    push : str, optional
+        hub: also upload it, e.g. as lab/cork.
+    axis : str
+        c: an axis by name, dft321 (all in one) or all.
+
+    Returns
+    -------
+    dict
+        Of a zip ``file``, ``files`` and ``bytes``; of networks ``folder`` and, by name, ``networks``; of a texture
+        ``file``, ``name``, ``material``, ``rate_hz`` and its cost; of the Hub's layout ``folder``, ``files``, ``bytes``
+        and ``pushed``.
 
     Raises
     ------
     ParameterError
         If the model has no such form, or an option is of another form.
+    RunError
+        If the run is not finished.
     """
-    for name, (default, form) in OPTIONS.items():
-        if getattr(request, name) != default and request.to != form:
-            raise ParameterError(f"{name} must be omitted with to={request.to!r}: it is for {form}")
-    if request.to == "onnx":
-        return export_onnx(request.run, request.out, progress=request.progress)
-    if request.to == "c":
-        return export_c(
-            request.run,
-            request.out,
-            material=request.material,
-            speed=request.speed,
-            force=request.force,
-            axis=request.axis,
-        )
-    if request.to == "hub":
-        from tactogram.workflows.training.hub_folder import export_hub
+    from tactogram.workflows.training.hub_folder import export_hub, export_run
 
-        return export_hub(request.run, request.out, push=request.push)
-    return export_run(request.run, request.out)
+    given = {"push": push, "material": material, "speed": speed, "force": force, "axis": axis}
+    for name, (default, form) in OPTIONS.items():
+        if given[name] != default and to != form:
+            raise ParameterError(f"{name} must be omitted with to={to!r}: it is for {form}")
+    if to == "onnx":
+        return export_onnx(run, out, progress=progress)
+    if to == "c":
+        return export_c(run, out, material=material, speed=speed, force=force, axis=axis)
+    return export_hub(run, out, push=push) if to == "hub" else export_run(run, out)
+
+
+@checked
+def import_from(source: str | Path, *, out: Path | str) -> dict[str, Any]:
+    """Put a run from a zip file, a folder in the layout of the Hugging Face Hub, or the Hub itself into a folder.
+
+    Parameters
+    ----------
+    source : str or Path
+        Zip file, folder, or hf://OWNER/NAME of the Hub.
+    out : Path or str
+        Folder of the run.
+
+    Returns
+    -------
+    dict
+        ``run`` and ``files``.
+
+    Raises
+    ------
+    RunError
+        If it is no run, cannot be had, or ``out`` exists.
+    """
+    from tactogram.workflows.training.hub_folder import import_hub, import_run
+
+    if str(source).startswith("hf://") or Path(source).is_dir():
+        return import_hub(source, out)
+    return import_run(source, out)
 
 
 def export_c(
@@ -92,6 +145,12 @@ def export_c(
     ParameterError
         If the run has no modulated noise, no such material, or unknown speeds or forces.
     """
+    from tactogram.rendering.embedded.noise_header import c_name, noise_header
+    from tactogram.rendering.streaming.noise_texture import one_axis
+    from tactogram.signal.io.atomic import write_text
+    from tactogram.signal.texture_map import NoiseMap
+    from tactogram.workflows.training.loaded_run import load_run
+
     loaded = load_run(run)
     found = {
         name: each
@@ -128,6 +187,11 @@ def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback 
     RunError
         If a network cannot be exported, or computes something else in onnxruntime.
     """
+    from tactogram.datasets.store.pending import new_folder
+    from tactogram.model import SignalKind
+    from tactogram.signal.io.atomic import write_text
+    from tactogram.workflows.training.loaded_run import load_run
+
     imported("onnxscript", **EXTRA)
     imported("onnxruntime", **EXTRA)
     loaded = load_run(run)

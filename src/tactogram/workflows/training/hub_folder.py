@@ -71,10 +71,8 @@ def export_hub(run: Path | str, out: Path | str, *, push: str | None = None) -> 
     return facts | ({"pushed": hub.push(Path(out), push, kind="model")} if push else {})
 
 
-def import_from(source: Path | str, out: Path | str) -> dict[str, Any]:
-    """Put a run from a zip file, a folder of `export_hub`, or ``hf://OWNER/NAME`` into the folder ``out``.
-
-    Returns ``run`` and ``files``.
+def import_hub(source: Path | str, out: Path | str) -> dict[str, Any]:
+    """Copy a run from a folder of `export_hub`, or from ``hf://OWNER/NAME``; return ``run`` and ``files``.
 
     Raises
     ------
@@ -84,11 +82,8 @@ def import_from(source: Path | str, out: Path | str) -> dict[str, Any]:
     if str(source).startswith(hub.PREFIX):
         with tempfile.TemporaryDirectory(prefix="tactogram-hub-") as folder:
             hub.pull(str(source).removeprefix(hub.PREFIX), Path(folder))
-            return _import_hub(Path(folder), out)
-    return _import_hub(Path(source), out) if Path(source).is_dir() else import_run(source, out)
-
-
-def _import_hub(source: Path, out: Path | str) -> dict[str, Any]:
+            return import_hub(folder, out)
+    source = Path(source)
     for name in NEEDED:
         if not (source / name).is_file():
             raise RunError(f"{source}: not a run in the layout of the Hub: it has no {name}")

@@ -6,13 +6,12 @@ from tactogram.datasets import Label, Store
 from tactogram.errors import ParameterError
 from tactogram.recipe import Preparation
 from tactogram.signal.modulated_noise import LEAST_RATE
-from tactogram.workflows.training.requests import Purpose
 
 FLOW = "texture_flow"
 _NEEDED = {"photograph": "photographs", "words": "ratings"}
 
 
-def model_choice(purpose: Purpose, store: Store, *, label: Label = "material") -> tuple[str, str, str]:
+def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tuple[str, str, str]:
     """Return the name of the model to train on ``store``, that of its recipe, and why, with what is for the rest.
 
     Raises

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from tactogram import models
 from tactogram.datasets import (
@@ -24,11 +24,12 @@ from tactogram.datasets import (
     split_photographs,
 )
 from tactogram.datasets.splits.split import By
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import Example, ModelConfig
 from tactogram.recipe import Recipe, run_id
+from tactogram.training.run import Run
 from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
-from tactogram.workflows.training.requests import TrainingRequest
+from tactogram.workflows.workers import absolute
 
 BLOCKS = 5
 """Contiguous blocks of which the last one of every recording is for testing."""
@@ -36,6 +37,41 @@ LOOKED_AT = 400
 """Recordings that are compared."""
 GLANCE_S = 0.5
 """Length of each that is prepared, s (mm over displacement)."""
+
+
+@dataclass(frozen=True)
+class TrainingRequest:
+    """Model, recipe, recordings and split of a training, as `tactogram.train` takes them."""
+
+    model: str
+    data: Path | str
+    _: KW_ONLY
+    recipe: str = "quick"
+    changes: Mapping[str, Any] | None = None
+    band: tuple[float, float] | None = None
+    split: str = ""
+    by: str = "recording"
+    label: Label = "material"
+    where: Mapping[str, str] | None = None
+    accelerator: str = "auto"
+    model_folders: Sequence[Path | str] = ()
+    devices: int = 1
+    logger: str | None = None
+
+    @property
+    def recipe_changes(self) -> dict[str, Any]:
+        """Values of the recipe to change, by dotted key."""
+        band = {} if self.band is None else {"prepare.band": list(self.band)}
+        return dict(self.changes or {}) | band
+
+    def for_workers(self) -> Self:
+        """Return the request as a worker in another folder can carry it out."""
+        return replace(
+            self,
+            data=absolute(self.data),
+            recipe=absolute(self.recipe) if self.recipe.endswith(".toml") else self.recipe,
+            model_folders=[absolute(folder) for folder in self.model_folders],
+        )
 
 
 @dataclass(frozen=True)
@@ -84,6 +120,31 @@ def planned(request: TrainingRequest) -> TrainingPlan:
     if "image" in facts.needs or ("image" in facts.instead and store.photographs_by_material):
         parts = split_photographs(store, parts, seed=recipe.seed)
     return TrainingPlan(store, facts, recipe, config, parts, rated, request.label, folders)
+
+
+def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence[Path] = ()) -> TrainingPlan:
+    """Return the plan that the folder of ``run`` records; errors as of `resume`."""
+    begun, recipe, parts = run.data, run.recipe, Split.load(run.folder / "split.json")
+    if missing := {"path", "sha256", "label"} - begun.keys():
+        raise RunError(
+            f"{run.folder / 'data.json'}: damaged: lacks {', '.join(sorted(missing))}; train again"
+        )
+    path = data or begun["path"]
+    try:
+        store = open_store(path)
+    except DataError as error:
+        raise RunError(f"{run.folder}: its data is not at {path}; give `data`: {error}") from error
+    if store.sha256 != begun["sha256"]:
+        raise RunError(
+            f"{run.folder}: {path} has changed since the run began; give the unchanged data set as `data`, "
+            "or start another run"
+        )
+    folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
+    facts = models.find(recipe.model, folders).of(images=not len(store))
+    rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
+    return TrainingPlan(
+        store, facts, recipe, facts.config(recipe.config), parts, rated, begun["label"], folders
+    )
 
 
 def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:

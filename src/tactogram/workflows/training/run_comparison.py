@@ -4,24 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import ParameterError
-from tactogram.recipe import dotted
-from tactogram.training.run import Run, open_run
-from tactogram.workflows.results_table import evaluation_results, numbers_of
+from tactogram.parameters import checked
+
+if TYPE_CHECKING:
+    from tactogram.training.run import Run
 
 OMITTED = ("model", "seed")
 """Settings with a row of their own."""
 
 
-def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
-    """Return runs side by side.
+@checked
+def compare_runs(runs: Sequence[Path | str] = ()) -> dict[str, Any]:
+    """Compare runs: their data, the settings in which they differ, and their results.
 
     Parameters
     ----------
     runs : sequence of path
-        Two or more, finished or not.
+        Folders of runs, two or more, finished or not.
 
     Returns
     -------
@@ -37,6 +39,9 @@ def compare_runs(runs: Sequence[Path | str]) -> dict[str, Any]:
     RunError
         If a folder is no run, or its files are broken.
     """
+    from tactogram.recipe import dotted
+    from tactogram.training.run import open_run
+
     if len(runs) < 2:
         raise ParameterError(f"comparing needs two runs or more, got {len(runs)}")
     opened = [open_run(run) for run in runs]
@@ -83,6 +88,8 @@ def _notes(evaluations: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _results(run: Run, evaluation: Mapping[str, Any]) -> dict[str, float]:
+    from tactogram.workflows.results_table import evaluation_results, numbers_of
+
     validation = numbers_of(run.facts().get("validation")) if run.finished else {}
     return {f"validation {name}": value for name, value in validation.items()} | evaluation_results(
         evaluation

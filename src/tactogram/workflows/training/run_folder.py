@@ -30,7 +30,7 @@ def claim_run(run: Run, identity: str, resume: bool) -> None:
 
 
 def begin(run: Run, plan: TrainingPlan) -> None:
-    """Make the folder of a new run, with all that `tactogram.workflows.training.resume.resume` needs.
+    """Make the folder of a new run, with all that `tactogram.workflows.training.execution.resume` needs.
 
     Raises
     ------

@@ -21,12 +21,11 @@ from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_toml
 from tactogram.training.device import make_fabric
 from tactogram.training.loop import TrainingPosition, fit
+from tactogram.training.run import run_at
 from tactogram.validation import validated
-from tactogram.workflows.progress import silent
-from tactogram.workflows.training.plan import planned
-from tactogram.workflows.training.requests import TrainingRequest, never
-from tactogram.workflows.training.train import steps_done, train, training_material
-from tactogram.workflows.workers import absolute
+from tactogram.workflows.progress import ProgressCallback, never, silent
+from tactogram.workflows.training.execution import steps_done, train_plan, training_material
+from tactogram.workflows.training.plan import TrainingRequest, planned
 from tactogram.workflows.workers.one_task import one_thread
 from tactogram.workflows.workers.ray_cluster import connected
 
@@ -34,7 +33,14 @@ NINTHS, FACTOR = 9, 3
 """A trial is validated after 1/9, 1/3 and all of its steps, and the best third goes on (Li et al. 2020, ASHA)."""
 
 
-def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") -> dict[str, Any]:
+def sweep(
+    request: TrainingRequest,
+    space_file: Path | str,
+    *,
+    out: Path | str | None,
+    on: str = "ray",
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
     """Train a model with drawn values of its recipe, and keep the best run.
 
     A sweep that was killed goes on when it is started again with the same ``out``.
@@ -42,9 +48,11 @@ def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") 
     Parameters
     ----------
     request : TrainingRequest
-        What all trials share; ``out`` is the folder of the sweep.
+        What all trials share.
     space_file : path
         A `SearchSpace`.
+    out : path
+        Folder of the sweep.
     on : str
         ``ray`` or ``ray:ADDRESS``.
 
@@ -65,37 +73,29 @@ def sweep(request: TrainingRequest, space_file: Path | str, *, on: str = "ray") 
     engine, _, address = on.partition(":")
     if engine != "ray":
         raise ParameterError(f"on must be ray or ray:ADDRESS for a sweep, got {on!r}")
-    if request.out is None:
+    if out is None:
         raise ParameterError("out must be a folder for a sweep, got none")
-    space, folder = SearchSpace.load(Path(space_file)), Path(request.out).absolute()
+    space, folder = SearchSpace.load(Path(space_file)), Path(out).absolute()
     check_writable(folder, folder=True)
     plan = planned(request)  # refuses what no trial could do
     simulated = plan.store.simulated
     trials_of = run_id({"space": space.model_dump(), "plan": plan.identity}, plan.store.sha256)
-    shared = replace(
-        request,
-        data=absolute(request.data),
-        recipe=absolute(request.recipe) if request.recipe.endswith(".toml") else request.recipe,
-        model_folders=[absolute(one) for one in request.model_folders],
-        out=None,
-        progress=silent,
-        stop=never,
-    )
-    trials = _trials(shared, space, folder / f"trials-{trials_of}", address)
-    request.progress("trials", len(trials), space.trials)
+    trials = _trials(request.for_workers(), space, folder / f"trials-{trials_of}", address)
+    progress("trials", len(trials), space.trials)
     if not trials or not math.isfinite(trials[0]["value"]):
         errors = [one["error"] for one in trials if one["error"]]
         raise ParameterError(
             f"no trial has a value of {space.measure}: {errors[0] if errors else 'none ran'}"
         )
     best = trials[0]["changes"]
-    run = train(
-        **{
-            **vars(request),
-            "changes": dict(request.changes or {}) | best,
-            "out": folder / "best",
-            "resume": (folder / "best" / "recipe.toml").exists(),
-        }
+    run = train_plan(
+        planned(replace(request, changes=dict(request.changes or {}) | best)),
+        run_at(folder / "best"),
+        resume=(folder / "best" / "recipe.toml").exists(),
+        accelerator=request.accelerator,
+        devices=request.devices,
+        logger=request.logger,
+        progress=progress,
     )
     result: dict[str, Any] = {
         "run": str(run.folder),

@@ -1,52 +1,88 @@
-"""Training of a model on a store, or on given examples."""
+"""Training of a model on a store."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
-import torch.distributed as dist
+from tactogram.parameters import checked
+from tactogram.workflows.progress import ProgressCallback, never, silent
 
-from tactogram.datasets import part_examples, require_photographs, signal_kind
-from tactogram.datasets.scratch import scratch_of
-from tactogram.errors import ParameterError, StoppedError
-from tactogram.model import (
-    Example,
-    Kind,
-    Model,
-    SignalKind,
-    Stage,
-)
-from tactogram.recipe import Recipe
-from tactogram.signal.io.atomic import atomic_write, check_writable
-from tactogram.training.device import chosen_precision, make_fabric, memory_checked
-from tactogram.training.loop import (
-    BEGINNING,
-    TrainingLogger,
-    TrainingPosition,
-    check_logger,
-    fit,
-    make_logger,
-)
-from tactogram.training.run import Run, run_at
-from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.request import takes
-from tactogram.workflows.training.known_photographs import save_photographs
-from tactogram.workflows.training.plan import TrainingPlan, planned
-from tactogram.workflows.training.requests import LoggerName, TrainingRequest, never
-from tactogram.workflows.training.run_folder import begin, claim_run, discard_run
-from tactogram.workflows.training.run_lock import run_lock
+if TYPE_CHECKING:
+    from tactogram.datasets import Label
+    from tactogram.training.run import Run
+
+LoggerName = Literal["tensorboard", "wandb"]
 
 
-@takes(TrainingRequest)
-def train(request: TrainingRequest) -> Run:
+@checked
+def train(
+    model: str,
+    data: str | Path,
+    *,
+    recipe: str = "quick",
+    changes: Mapping[str, Any] | None = None,
+    band: tuple[float, float] | None = None,
+    split: str = "",
+    by: str = "recording",
+    label: Label = "material",
+    where: Mapping[str, str] | None = None,
+    out: Path | str | None = None,
+    accelerator: str = "auto",
+    model_folders: Sequence[Path | str] = (),
+    devices: int = 1,
+    logger: LoggerName | None = None,
+    resume: bool = False,
+    progress: ProgressCallback = silent,
+    stop: Callable[[], bool] = never,
+) -> Run:
     """Train a model on the training part of a store and return the finished run.
 
     By default a fifth of the recordings is kept for testing and a tenth for validation, drawn by the recipe's seed.
-    With several ``devices`` Fabric starts this script or command again for each further process.
+    ``where`` keeps recordings whose fields have these values: ``A``, ``A|B`` (either), ``!A|B`` (neither), or none
+    where the value is empty. With several ``devices`` Fabric starts this script or command again for each further
+    process. ``stop`` is asked after each step: True ends the training after a checkpoint of that step.
+
+    Parameters
+    ----------
+    model : str
+        Name of the model.
+    data : str or Path
+        Store made by `data import` or `data simulate`.
+    recipe : str
+        paper, quick, tiny or a TOML file.
+    changes : mapping, optional
+        Change a value of the recipe; `tactogram models MODEL` lists them.
+    band : tuple of float, optional
+        Pass band in Hz, as prepare.band of the changes.
+    split : str
+        For testing: the last N recordings of a class (last=N), the last fifth of every recording (blocks), or none
+        (all); by default a fifth of the recordings, and a tenth for validation.
+    by : str
+        Unit of the split, never on two sides: recording, session, subject, material or condition; for the
+        cross-validation of a predictor of ratings: item, rater or both.
+    label : str
+        Definition of a class: material, material+contactor, or item, what is rated.
+    where : mapping, optional
+        Use only matching recordings, e.g. material=cork|tile, or material=!cork for all others.
+    out : Path or str, optional
+        Folder of the result, by default under runs.
+    accelerator : str
+        auto, cpu, cuda or mps.
+    model_folders : sequence of Path or str
+        Folder of further models.
+    devices : int
+        Processes of this machine, each with its own GPU, or on processors; a batch is divided among all.
+    logger : str, optional
+        Also log losses and validation to it.
+    resume : bool
+        Continue the run in the folder from its last checkpoint.
+
+    Returns
+    -------
+    Run
+        The finished run; ``run.folder`` holds its weights, recipe, split and metrics.
 
     Raises
     ------
@@ -56,248 +92,30 @@ def train(request: TrainingRequest) -> Run:
         If the folder holds another run, or ``resume`` meets other data or another recipe than it began with.
     StoppedError
         If ``stop`` ended it; the message names the last step.
+
+    Examples
+    --------
+    >>> import tactogram
+    >>> run = tactogram.train("stroke_cnn", "data", recipe="tiny", split="last=2")  # doctest: +SKIP
+    >>> accuracy = run.facts()["validation"]["recording_accuracy"]  # doctest: +SKIP
     """
-    plan = planned(request)
-    name = f"{request.model}-{Path(request.recipe).stem}-{plan.identity}"
+    from tactogram.training.run import run_at
+    from tactogram.workflows.training.execution import train_plan
+    from tactogram.workflows.training.plan import TrainingRequest, planned
+
+    plan = planned(
+        TrainingRequest(
+            model, data, recipe=recipe, changes=changes, band=band, split=split, by=by, label=label, where=where,
+            model_folders=model_folders,
+        )
+    )  # fmt: skip
     return train_plan(
         plan,
-        run_at(request.out or Path("runs") / name),
-        resume=request.resume,
-        accelerator=request.accelerator,
-        devices=request.devices,
-        logger=request.logger,
-        progress=request.progress,
-        stop=request.stop,
+        run_at(out or Path("runs") / f"{model}-{Path(recipe).stem}-{plan.identity}"),
+        resume=resume,
+        accelerator=accelerator,
+        devices=devices,
+        logger=logger,
+        progress=progress,
+        stop=stop,
     )
-
-
-def train_plan(
-    plan: TrainingPlan,
-    run: Run,
-    *,
-    resume: bool = False,
-    accelerator: str = "auto",
-    devices: int = 1,
-    logger: LoggerName | None = None,
-    prepared: Path | None = None,
-    progress: ProgressCallback = silent,
-    stop: Callable[[], bool] = never,
-) -> Run:
-    """Carry out a plan in the folder of ``run``, or continue it there, and return the finished run.
-
-    ``prepared`` is a folder for prepared recordings, which trainings share; by default they are prepared anew.
-
-    Of several processes (`tactogram.training.device.make_fabric`) the first one writes the run; for the others it may
-    not be finished yet. Errors as of `train`; another process that trains there is an error, too.
-    """
-    facts, chosen = plan.facts, plan.recipe
-    if logger:
-        check_logger(logger)
-    fabric = make_fabric(chosen.training, accelerator=accelerator, devices=devices)
-    first = fabric.is_global_zero
-    if first:
-        claim_run(run, plan.identity, resume)
-    if fabric.broadcast(run.finished):
-        return run
-    if first:
-        check_writable(run.folder, folder=True)
-    else:
-        progress = silent
-    kind, examples, validation = training_material(plan, fabric, prepared, progress, stop)
-    learner = facts.build(plan.config, kind, seed=chosen.seed)
-    learner.setup(fabric)
-    if devices > 1 and not learner.divides_batches:
-        raise ParameterError(
-            f"{facts.name} cannot divide its batches, or is a closed form: train it in one process, without devices"
-        )
-    chosen_by = learner.set_validation(validation)
-    stages = learner.stages(examples)  # refuses unsuitable examples before anything is written
-    notes = {"choose weights": chosen_by, "plan": update_text(stages)}
-    if chosen.training.precision == "auto":
-        notes["precision"] = f"precision {chosen_precision('auto', accelerator)}, by processor or GPU"
-    notes = {task: note for task, note in notes.items() if note}
-    for task, note in notes.items() if first else ():
-        progress(task, 1, 1, note)
-    if first and not resume:
-        begin(run, plan)
-    fabric.barrier()
-    with run_lock(run.folder) if first else nullcontext():
-        start = _restored(run, learner, fabric) if resume else TrainingPosition()
-        log = None
-        try:
-            if logger and first:
-                log = make_logger(logger, run.folder, start=steps_done(stages, start))
-                log.log_hyperparams(chosen.model_dump(mode="json", exclude_none=True))
-            with memory_checked(f"the training of {facts.name}"):
-                run_training(
-                    learner,
-                    examples,
-                    chosen,
-                    run=run,
-                    start=start,
-                    fabric=fabric,
-                    logger=log,
-                    progress=progress,
-                    stop=stop,
-                )
-        except Exception:  # of any kind: without a first step there is nothing to resume
-            if log:
-                log.finalize("failed")
-            if first and not resume:
-                discard_run(run)
-            raise
-        if devices > 1:  # what follows, such as a validation, the first one does alone
-            fabric.barrier()
-            dist.destroy_process_group()
-        if first:
-            found = _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
-        if log:
-            values = {f"validation/{name}": value for name, value in found.items()}
-            log.log_metrics(values, step=sum(stage.steps for stage in stages))
-            log.finalize("success")
-    return run
-
-
-def steps_done(stages: Sequence[Stage], position: TrainingPosition) -> int:
-    """Return the number of finished steps of all stages."""
-    return sum(stage.steps for stage in stages[: position.stage]) + position.step
-
-
-def _restored(run: Run, learner: Model, fabric: Any) -> TrainingPosition:
-    """Load the last checkpoint into every process's ``learner``."""
-    start: TrainingPosition = fabric.broadcast(run.restore(learner) if fabric.is_global_zero else None)
-    if start != BEGINNING and fabric.world_size > 1:
-        state = fabric.broadcast(learner.state() if fabric.is_global_zero else None)
-        if not fabric.is_global_zero:
-            learner.load_state(state)
-    return start
-
-
-def update_text(stages: Sequence[Stage]) -> str:
-    """Return the number of updates of each network in a training; "" where stages do not state them."""
-    totals = [f"{name} {count:,}" for stage in stages for name, count in stage.total_updates.items()]
-    return f"updates in all: {', '.join(totals)}" if totals else ""
-
-
-def training_material(
-    plan: TrainingPlan,
-    fabric: Any,
-    prepared: Path | None,
-    progress: ProgressCallback,
-    stop: Callable[[], bool],
-) -> tuple[Kind, Sequence[Any], Sequence[Any]]:
-    """Return the kind of all examples, and those for training and validation."""
-    parts, prepare, rated = plan.parts, plan.recipe.prepare, plan.rated
-    if rated is not None:
-        examples = rated.examples(parts, "train", prepare)
-        return rated.kind(examples), examples, rated.examples(parts, "validation", prepare)
-    cache = prepared
-    if fabric.world_size > 1:
-        cache = fabric.broadcast(scratch_of(fabric) if fabric.is_global_zero else None)
-    recorded = part_examples(plan.store, parts, "train", prepare, label=plan.label, cache_dir=cache)
-    if "image" in plan.facts.needs:
-        require_photographs(recorded)
-    if fabric.is_global_zero:
-        recorded.prepare_all(progress=_preparing(progress, stop))
-    fabric.barrier()
-    kind = signal_kind(recorded, simulated=plan.store.simulated)
-    ratings = plan.store.ratings
-    if "words" in plan.facts.instead and ratings is not None:
-        kind = replace(kind, words=ratings.words, scale=(ratings.scale.low, ratings.scale.high))
-    unseen = part_examples(plan.store, parts, "validation", prepare, label=plan.label, cache_dir=cache)
-    return kind, recorded, unseen
-
-
-def _finish(
-    run: Run,
-    learner: Model,
-    kind: Kind,
-    plan: TrainingPlan,
-    examples: Sequence[Any],
-    validation: Sequence[Any],
-    *,
-    notes: Sequence[str],
-) -> dict[str, float]:
-    """Write the trained learner, its index and figures, finish the run, and return its validation."""
-    if learner.embeds and plan.facts.task == "classification":
-        from tactogram.workflows.training.surface_index import index_run
-
-        index_run(run, learner, examples, validation)
-    if isinstance(kind, SignalKind) and "image" in (*plan.facts.needs, *plan.facts.instead):
-        save_photographs(run, examples)
-    outcome = learner.outcome()
-    for name, figure in learner.figures().items():
-        with atomic_write(run.folder / "figures" / f"{name}.png") as part:
-            figure.savefig(part, dpi=120, format="png")
-    found = learner.validate(validation)
-    facts = {
-        "model": plan.facts.name,
-        "label": plan.label,
-        **({"outcome": outcome} if outcome else {}),
-        "validation": found,
-        "notes": list(notes),
-    }
-    # Last: the run counts as finished from here on.
-    run.finish(learner, kind, facts)
-    return found
-
-
-def run_training(
-    learner: Model,
-    examples: Sequence[Example],
-    recipe: Recipe,
-    *,
-    run: Run | None = None,
-    start: TrainingPosition = BEGINNING,
-    fabric: Any = None,
-    logger: TrainingLogger | None = None,
-    task: str = "",
-    progress: ProgressCallback = silent,
-    stop: Callable[[], bool] = never,
-) -> None:
-    """Fit ``learner``; log to ``logger`` and ``run`` and save to ``run`` where there are any, and show progress.
-
-    ``fabric``, of the processes that train together, must come with ``run``.
-
-    Raises
-    ------
-    StoppedError
-        If ``stop`` ended it, after the checkpoint of that step.
-    """
-    every = recipe.training
-    stages = learner.stages(examples)
-
-    def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
-        last = position.step == stage.steps
-        due = position.step % every.log_every == 0 or last
-        if logger is not None and due:
-            values = {f"{stage.name}/{name}": value for name, value in losses.items()}
-            logger.log_metrics(values, step=steps_done(stages, position))
-        if run is not None and fabric.is_global_zero:
-            if due:
-                run.log(position, losses)
-            if position.step % every.checkpoint_every == 0 or last:
-                run.save_checkpoint(learner, position)
-        note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
-        progress(f"{task}{stage.name}", position.step, stage.steps, note)
-        if run is not None and fabric.broadcast(stop()):
-            if fabric.is_global_zero:
-                run.save_checkpoint(learner, position)
-            fabric.barrier()
-            raise StoppedError(
-                f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
-                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
-            )
-
-    fit(learner, examples, seed=recipe.seed, start=start, fabric=fabric, on_step=on_step)
-
-
-def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable[[int, int], None]:
-    """Return a callback that shows the preparation's progress, and ends it if ``stop`` is true."""
-
-    def show(done: int, total: int) -> None:
-        progress("prepare", done, total)
-        if stop():
-            raise StoppedError("stopped while recordings were prepared; the run is as it was")
-
-    return show

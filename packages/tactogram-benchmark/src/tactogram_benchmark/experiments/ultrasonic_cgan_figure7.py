@@ -32,7 +32,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import write_signal, write_text
 from tactogram.workflows import (
     ProgressCallback,
-    crossval_ratings,
+    crossval,
     evaluate_reproduction,
     generate_rated_surfaces,
     predicted_ratings,
@@ -218,7 +218,7 @@ def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path
     changes = {"prepare.stream": "drive"}
     options: dict[str, Any] = {"recipe": "quick", "split": "all", "changes": changes}
     out = trained_run("rater", store, folder / "runs" / "rater", **options, progress=progress)
-    own = crossval_ratings(
+    own = crossval(
         "rater",
         store.path,
         changes=changes,

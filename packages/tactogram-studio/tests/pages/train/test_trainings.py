@@ -10,9 +10,8 @@ from tactogram.models import find
 from tactogram.recipe import parse_changes
 from tactogram.workflows.generation.preview import sample, sample_choices
 from tactogram.workflows.results_table import evaluation_results
-from tactogram.workflows.training.plan import check_training
+from tactogram.workflows.training.plan import TrainingRequest, check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
-from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 from tactogram_studio.pages.train.run_summary import run_summary, state_of

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 from tactogram.datasets import JAPANESE, SEVEN_POINT
 from tactogram.errors import ParameterError
-from tactogram.model import CONDITIONS, Kind, SignalKind
+from tactogram.model import Kind, SignalKind, condition_types
 from tactogram.models import ModelDescription
 from tactogram_studio.workspace.commands import arguments, assignments, command_line
 from tactogram_studio.workspace.runs import FinishedRun
@@ -117,7 +117,7 @@ def form_of(model: ModelDescription, kind: Kind) -> GenerationForm:
     conditions = model.conditions
     for name in conditions:
         if name not in PARTS and name not in DRAWN:
-            raise ParameterError(f"condition {name!r} has no field here: {CONDITIONS[name]}")
+            raise ParameterError(f"condition {name!r} has no field here: {condition_types()[name].help}")
     return GenerationForm(
         needs=tuple(PARTS[name] for name in model.needs if name in PARTS),
         takes=tuple(PARTS[name] for name in model.takes if name in PARTS),
