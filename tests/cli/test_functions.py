@@ -86,6 +86,12 @@ def test_the_text_is_printed_and_notes_go_to_stderr(capsys):
     assert capsys.readouterr() == ("count 3\n", "note: noted\n")
 
 
+def test_notes_name_options_instead_of_parameters(capsys):
+    verb = VERB._replace(notes=lambda result: ["say `rate=5`, or `unit=g`"])
+    assert run("mix", verb, ["a.wav"]) == 0
+    assert capsys.readouterr().err == "note: say `--rate 5`, or `--set unit=g`\n"
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
@@ -154,7 +160,9 @@ def test_a_function_may_print_by_itself(capsys):
 
 
 def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
-    verb = VERB._replace(status=lambda result: result["count"], listing=("list", lambda show: show([], "all")))
+    verb = VERB._replace(
+        status=lambda result: result["count"], listing=("list", lambda show: show([], "all"))
+    )
     assert run("mix", verb, ["--list"]) == 0
     assert capsys.readouterr().out == "all\n"
     assert run("mix", verb, ["a.wav", "--count", "4"]) == 4

@@ -18,10 +18,16 @@ SPELLING = {
     "columns": "--column",
     "constants": "--constant",
     "find_s": "--find",
+    "force_n": "--force",
+    "least_s": "--least",
+    "longest_min": "--longest",
     "margins": "--margin",
     "model_folders": "--models",
+    "most_s": "--most",
+    "options": "--set",
     "purpose": "--for",
     "raters": "--rater",
+    "speed_mm_s": "--speed",
 }
 """Options that are not spelt like their parameters."""
 
@@ -63,7 +69,7 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
     """Run a verb with the arguments of the command line; return its exit status, 2 for wrong usage."""
     from cyclopts import App, CycloptsError
 
-    from tactogram.cli.verbs import UsageError
+    from tactogram.cli.verbs import UsageError, with_options
     from tactogram.parameters import parameters, summary
 
     function = verb.load()
@@ -98,7 +104,8 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
         if result is None:
             return 0
         show(result, verb.text(result))
-        show.notes(verb.notes(result))
+        flags = flags_of(verb)
+        show.notes(with_options(note, flags) for note in verb.notes(result))
         return verb.status(result)
 
     listing = verb.listing is not None and "--list" in arguments

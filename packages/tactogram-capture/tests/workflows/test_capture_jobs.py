@@ -17,8 +17,9 @@ from tactogram.datasets.store.store import problems
 from tactogram.errors import ParameterError
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram_capture import read_log
+from tactogram_capture.live.classifier import LiveClassifier
 from tactogram_capture.session.take import restored
-from tactogram_capture.workflows.live import LiveClassifier, live
+from tactogram_capture.workflows.live import live
 from tactogram_capture.workflows.session import capture, with_log
 
 PLAN = """
@@ -56,7 +57,7 @@ def test_a_session_over_a_lossy_radio_is_what_its_log_says_and_sounds_as_it_shou
     tmp_path, plan, store, run
 ):
     address = f"played:{store}?loss=0.05&jitter_s=0.002&seed=3"
-    result = capture(plan, address, tmp_path / "mine", yes=True, recognise=run.folder)
+    result = capture(plan, source=address, data=tmp_path / "mine", yes=True, recognise=run.folder)
     assert (result["accepted"], result["left"], result["simulated"]) == (2, 0, True)
     assert as_parsed_offline(result) == [True, True]
     recorded = open_store(tmp_path / "mine")
@@ -77,10 +78,10 @@ def test_the_device_is_recognised_live(store, run):
     guesses = []
     result = live(
         run.folder,
-        f"played:{store}?materials=cork&loss=0.02&seed=1",
+        source=f"played:{store}?materials=cork&loss=0.02&seed=1",
         hop=0.1,
         seconds=1.5,
-        show=guesses.append,
+        on_window=guesses.append,
     )
     assert result["judged"] == len(guesses) >= 5
     assert result["materials"]["cork"] > 0.6 * result["judged"]
@@ -116,9 +117,9 @@ def test_what_cannot_listen_is_refused(run):
     with pytest.raises(ParameterError, match="window must be at least 0.103 s"):
         LiveClassifier(loaded, window_s=0.05)
     with pytest.raises(ParameterError, match="a source must be one of"):
-        live(loaded, "nothing:here")
+        live(loaded, source="nothing:here")
     with pytest.raises(ParameterError, match="hop"):
-        live(loaded, "simulated:twelite", hop=0.0)
+        live(loaded, source="simulated:twelite", hop=0.0)
 
 
 def test_a_raw_log_is_kept_where_there_are_bytes_to_keep(tmp_path):
@@ -131,7 +132,9 @@ def test_a_raw_log_is_kept_where_there_are_bytes_to_keep(tmp_path):
 
 def test_answers_from_a_script_drive_a_session(tmp_path, plan, store):
     answers = io.StringIO("b\nr\na\nb\ns\n")
-    result = capture(plan, f"played:{store}?seed=5", tmp_path / "mine", session="first", answers=answers)
+    result = capture(
+        plan, source=f"played:{store}?seed=5", data=tmp_path / "mine", session="first", answers=answers
+    )
     assert (result["accepted"], result["redone"], result["skipped"], result["left"]) == (1, 1, 1, 0)
     assert Path(result["folder"]) == tmp_path / "mine.sessions" / "first"
 
@@ -195,7 +198,7 @@ def test_a_session_that_is_killed_goes_on(tmp_path, plan, store):
                 break
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == -signal.SIGKILL
     assert len(open_store(tmp_path / "mine")) == 1
-    result = capture(plan, f"played:{store}?loss=0.05&seed=9", tmp_path / "mine", yes=True)
+    result = capture(plan, source=f"played:{store}?loss=0.05&seed=9", data=tmp_path / "mine", yes=True)
     assert (result["accepted"], result["left"]) == (2, 0)
     assert problems(open_store(tmp_path / "mine")) == []
     assert [path.name for path in sorted(Path(result["folder"]).iterdir())] == [
