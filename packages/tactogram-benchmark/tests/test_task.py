@@ -4,8 +4,8 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram_benchmark.data import open_task
-from tactogram_benchmark.run import run_benchmark
 from tactogram_benchmark.task import available_tasks, find_task
+from tactogram_benchmark.workflows import run_benchmark
 
 
 @pytest.fixture(name="copied")
@@ -64,8 +64,8 @@ def test_recorded_data_that_is_not_at_hand_is_skipped_and_said(tmp_path):
     assert "import it by `tactogram data import cdplab" in line
 
 
-def test_unknown_names_are_refused(tmp_path, tasks):
+def test_unknown_names_are_refused(tasks):
     with pytest.raises(ParameterError, match="task must be one of .*got 'nome'"):
-        run_benchmark(["nome"], folder=tmp_path)
+        find_task("nome")
     with pytest.raises(ParameterError, match=r"model must be one that fits .*stroke_cnn.*got 'ar_texture'"):
-        run_benchmark(["name"], ["ar_texture"], folder=tasks.work, task_folders=[tasks.folder])
+        run_benchmark(["name", "ar_texture"], folder=tasks.work, task_folders=[tasks.folder])

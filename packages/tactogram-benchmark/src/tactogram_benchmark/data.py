@@ -7,14 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from tactogram.datasets import Examples, Split, Store, label_of, open_store, part_examples, signal_kind
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
 from tactogram.workflows import ProgressCallback, silent, simulate_to_store
-from tactogram_benchmark.task import BenchmarkTask, available_tasks
+from tactogram_benchmark.task import BenchmarkTask, find_task
 
 STORES_VARIABLE = "TACTOGRAM_STORES"
 """Environment variable with stores, or folders of stores, separated as in PATH."""
@@ -103,6 +102,11 @@ def open_task(
     return OpenTask(task, store, split, folder)
 
 
+def open_named(name: str, folder: Path | str, progress: ProgressCallback | None) -> OpenTask:
+    """Return the task called ``name`` with its data, as `open_task`."""
+    return open_task(find_task(name), Path(folder), progress=progress or silent)
+
+
 def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
     """Return the store of a task, by its hash, in ``places`` or the folders in them; None if there is none."""
     for place in places:
@@ -116,30 +120,6 @@ def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
             if store.sha256 == task.data.sha256:
                 return store
     return None
-
-
-def list_tasks(
-    folder: Path | str = "runs/benchmark",
-    stores: Sequence[Path | str] = (),
-    task_folders: Sequence[Path | str] = (),
-) -> dict[str, dict[str, Any]]:
-    """Return ``title``, ``kind``, ``data``, ``simulated`` and ``state`` of each task by name.
-
-    The state is ``available``, ``simulated on demand``, or ``missing``, with the name of its importer.
-    """
-    places = (Path(folder) / "stores", *further_folders(STORES_VARIABLE, stores))
-    found = {}
-    for name, task in available_tasks(task_folders).items():
-        there = find_store(task, places) is not None
-        missing = "simulated on demand" if task.data.simulated else f"missing: import {task.data.importer}"
-        found[name] = {
-            "title": task.title,
-            "kind": task.kind,
-            "data": task.data.what,
-            "simulated": task.data.simulated,
-            "state": "available" if there else missing,
-        }
-    return found
 
 
 def _simulated(task: BenchmarkTask, folder: Path, progress: ProgressCallback) -> Store:

@@ -5,53 +5,54 @@ from __future__ import annotations
 import inspect
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io import check_writable, write_text
-from tactogram.workflows import ProgressCallback, silent
+from tactogram.parameters import Count, Settings, checked
 from tactogram_benchmark.experiments.catalogue import experiments
 
+if TYPE_CHECKING:
+    from tactogram.workflows import ProgressCallback
 
+
+@checked
 def reproduce(
     name: str,
     *,
-    data: str = "",
-    recipe: str = "bench",
+    data: Path | str = "",
+    recipe: Literal["bench", "paper"] = "bench",
+    options: Settings | None = None,
     out: Path | str | None = None,
-    options: Mapping[str, Any] | None = None,
     on: str = "",
-    processes: int | None = None,
+    processes: Count | None = None,
     package: str = "tactogram_benchmark.experiments",
-    progress: ProgressCallback = silent,
+    progress: ProgressCallback | None = None,
 ) -> dict[str, Any]:
-    """Run the experiment ``name`` and return its result, also written to ``OUT/result.json``.
+    """Run the experiment behind a published table or figure.
 
-    Raises `ParameterError` if the experiment, recipe or an option does not exist, or ``out`` cannot be written to.
+    The result is also written to ``OUT/result.json``; ``package`` is that of the experiments.
 
     Parameters
     ----------
     name : str
-        One of `experiments`.
-    data : str
-        Store to run it on, its option ``data``; default: usually simulated data of the published layout.
+        One of the experiments that --list lists.
+    data : Path or str
+        Store to run it on (default: usually simulated data of the published layout).
     recipe : {"bench", "paper"}
-        ``bench`` is sized for two cores, ``paper`` is the published size.
-    out : path, optional
-        Folder of its artifacts; default ``runs/NAME``. Data and finished runs in it are used again.
-    options : mapping, optional
-        Keyword arguments of the experiment's ``run``, such as ``{"model": "ar_texture"}``.
+        bench is sized for two cores (hours at most), paper is the published size.
+    options : dict, optional
+        Option of the experiment, as KEY=VALUE, e.g. model=ar_texture.
+    out : Path or str, optional
+        Folder for its results (default runs/EXPERIMENT); results of an interrupted or smaller run are reused.
     on : str
-        ``ray`` or ``ray:ADDRESS``: where the experiment's independent trainings run, see `run_tasks`.
+        Engine: ray starts Ray on this machine, ray:ADDRESS takes a cluster.
     processes : int, optional
-        Of this machine, for these trainings, each on one thread; by default one training after the other, on all cores.
-    package : str
-        Package of the experiments.
+        Processes for independent trainings, each on one thread (default: one after the other, on all cores).
 
     Returns
     -------
@@ -59,12 +60,18 @@ def reproduce(
         The experiment's figures; ``text``: its table, with published figures beside ours; and ``header``:
         ``experiment``, ``recipe``, ``options`` (those given), ``data`` (of each store ``name``, ``sha256`` and
         ``simulated``), ``finished`` (UTC) and ``version``. Paths are relative to ``out``.
+
+    Raises
+    ------
+    ParameterError
+        If the experiment or an option does not exist, or ``out`` cannot be written to.
     """
+    from tactogram.signal.io import check_writable, write_text
+    from tactogram.workflows import silent
+
     known = experiments(Path(import_module(package).__path__[0]))
     if name not in known:
         raise ParameterError(f"experiment must be one of {', '.join(known)}, got {name!r}")
-    if recipe not in ("bench", "paper"):
-        raise ParameterError(f"recipe must be bench or paper, got {recipe!r}")
     run = import_module(f"{package}.{name}").run
     available = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
     if data and "data" not in available:
@@ -83,8 +90,10 @@ def reproduce(
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)
-    given = dict(options or {}) | ({"data": data} if data else {})
-    result: dict[str, Any] = run(folder, paper=recipe == "paper", progress=progress, **given, **workers)
+    given = dict(options or {}) | ({"data": str(data)} if data else {})
+    result: dict[str, Any] = run(
+        folder, paper=recipe == "paper", progress=progress or silent, **given, **workers
+    )
     header = {
         "experiment": name,
         "recipe": recipe,
@@ -120,3 +129,43 @@ def _data_of(result: Mapping[str, Any]) -> list[dict[str, Any]]:
         {"name": one["name"], "sha256": one["sha256"], "simulated": one.get("simulated", result["simulated"])}
         for one in stores
     ]
+
+
+@checked
+def published_figures(
+    runs: Sequence[Path | str] = (), *, model: str = "", data: str = "", figure: str = ""
+) -> dict[str, Any]:
+    """Show every model's published results and ours, and the figures of evaluated runs.
+
+    Parameters
+    ----------
+    runs : sequence of Path or str
+        Evaluated runs whose figures are listed first.
+    model : str
+        Only rows of models whose name contains this.
+    data : str
+        Only rows of data that contains this.
+    figure : str
+        Only rows of figures that contain this, e.g. distance.
+
+    Returns
+    -------
+    dict
+        ``rows``, as of `tactogram.workflows.table`.
+
+    Raises
+    ------
+    ParameterError
+        If no row contains all of that.
+    """
+    from tactogram.workflows import table
+
+    chosen = {"model": model, "data": data, "what": figure}
+    rows = [
+        row
+        for row in table(runs=runs)
+        if all(text.casefold() in row[name].casefold() for name, text in chosen.items())
+    ]
+    if not rows:
+        raise ParameterError("no row contains all of that; `tactogram table` lists every row")
+    return {"rows": rows}
