@@ -42,7 +42,7 @@ def test_simulated_sensor_at_330_hz_arrives_with_its_losses_in_place():
     assert facts["rate"]["hz"] == pytest.approx(330, rel=0.02)
 
 
-@pytest.mark.parametrize("form", ["hex", "binary"])
+@pytest.mark.parametrize("form", ["hex", "standard"])
 def test_two_hundred_times_faster_than_a_real_one_nothing_is_lost_on_the_way(form):
     receiver = SimulatedReceiver(rate=66000, seconds=0.5, form=form, jitter_s=0.0)
     source = TweliteSource(SimulatedPort(receiver, paced=False), name="simulated:twelite", simulated=True)

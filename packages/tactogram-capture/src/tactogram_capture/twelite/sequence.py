@@ -16,7 +16,7 @@ SEQUENCE = 65536
 """Packets until their numbers start again."""
 MOST_LOST = 100
 """Consecutive packets (3 s at 33 a second) that may be missing without a second packet to confirm it. A larger jump
-may be a damaged digit (three of the five forms have no checksum) or a restarted sensor."""
+may be a damaged digit (two of the three forms have no checksum) or a restarted sensor."""
 CONFIRMED_AHEAD, CONFIRMED_BEHIND = 2, 5
 """Consecutive packets that confirm a jump; more of them backwards, since a relay may deliver some packets late."""
 LONGEST_GAP_S, LONGEST_GAP = 3600.0, 2_000_000

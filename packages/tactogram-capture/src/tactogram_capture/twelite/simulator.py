@@ -120,18 +120,15 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
     sequence %= 65536
     battery, adc1, adc2, lqi = 3330, 1399, 754, 99
     code = _CODES[receiver.mode]
-    if receiver.form in ("hex", "binary"):
+    if receiver.form == "hex":
         payload = bytearray.fromhex(f"80000000{lqi:02X}{sequence:04X}{receiver.sender}0035")
         payload += bytes([battery_code(battery)]) + adc1.to_bytes(2, "big") + adc2.to_bytes(2, "big")
         payload.append(code)
         if receiver.mode == "fifo":
             payload.append(counts.shape[1])
         payload += counts.T.astype(">i2").tobytes()
-        if receiver.form == "hex":
-            payload.append(checksum(payload))
-            return f":{payload.hex().upper()}\r\n".encode()
-        xor = int(np.bitwise_xor.reduce(np.frombuffer(payload, np.uint8)))
-        return b"\xa5\x5a" + (0x8000 | len(payload)).to_bytes(2, "big") + bytes(payload) + bytes([xor, 0x04])
+        payload.append(checksum(payload))
+        return f":{payload.hex().upper()}\r\n".encode()
     rows = [[f"{value:04d}" for value in column] for column in counts.T]
     if receiver.form == "standard":
         line = f"::rc=80000000:lq={lqi}:ct={sequence:04X}:ed={receiver.sender}:id=0"
@@ -142,13 +139,12 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
         line += "".join(f":x={x}:y={y}{sep}z={z}" for sep, (x, y, z) in zip(seps, rows, strict=True))
         return f"{line}\r\n".encode()
     clock = f"{int(time_s)}.{int(time_s * 100) % 100:02d}" if receiver.mode == "fifo" else f"{int(time_s)}"
-    sep, tab = (";", "") if receiver.form == "semicolon" else (",", "\t")
     head = [
-        "", clock, f"{tab}00000000", f"{lqi:03d}", f"{sequence:03d}", f"{tab}{receiver.sender[1:]}",
-        f"{battery:04d}", f"{tab}{code:04X}", f"{tab}0000", f"{adc1:04d}", f"{adc2:04d}", "X",
+        "", clock, "00000000", f"{lqi:03d}", f"{sequence:03d}", receiver.sender[1:],
+        f"{battery:04d}", f"{code:04X}", "0000", f"{adc1:04d}", f"{adc2:04d}", "X",
     ]  # fmt: skip
-    lines = [sep.join([*head, *rows[0], ""])]
-    lines += [sep * 12 + sep.join([*row, ""]) for row in rows[1:]]
+    lines = [";".join([*head, *rows[0], ""])]
+    lines += [";" * 12 + ";".join([*row, ""]) for row in rows[1:]]
     return "".join(f"{line}\r\n" for line in lines).encode()
 
 
