@@ -33,6 +33,7 @@ from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
 from tactogram_benchmark.experiments.image_cells import (
     DRAWS,
+    TRIALS,
     RatedPlates,
     as_tensor,
     draws_of,
@@ -41,7 +42,6 @@ from tactogram_benchmark.experiments.image_cells import (
     rater_run,
     real_images,
 )
-from tactogram_benchmark.experiments.image_comparison import TRIALS
 from tactogram_benchmark.experiments.picture_cells import spread, text_of
 
 STEPS = (1, 4, 8, 16)

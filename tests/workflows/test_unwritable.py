@@ -13,7 +13,7 @@ from tactogram.workflows.data.convert import convert_folder
 from tactogram.workflows.evaluation import crossval, mixing_ladder as mixing
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training import loaded_run, train as training
-from tactogram_benchmark.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.catalogue import reproduce
 
 NOWHERE = Path(__file__) / "made"
 """Beneath a file: not even root writes there."""

@@ -139,7 +139,7 @@ def test_modules_of_one_system_are_not_needed_to_import_sources():
     code = (
         "import sys\n"
         "for name in ('fcntl', 'termios', 'tty'): sys.modules[name] = None\n"
-        "import tactogram_capture.session.journal, tactogram_capture.session.terminal\n"
+        "import tactogram_capture.session.journal, tactogram_capture.session.console\n"
         "from tactogram_capture import open_source\n"
         "from tactogram.errors import DeviceError\n"
         "try:\n"

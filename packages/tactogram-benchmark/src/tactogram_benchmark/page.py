@@ -16,7 +16,7 @@ from markupsafe import escape
 from tactogram.signal import Signal, audible, strongest_axis
 from tactogram.signal.io import read_signal
 from tactogram_benchmark.ranking import RankedModel
-from tactogram_benchmark.shown import REAL_FOLDER, RECORDED
+from tactogram_benchmark.result import REAL_FOLDER, RECORDED
 from tactogram_benchmark.table import (
     NOTES,
     OTHERS,

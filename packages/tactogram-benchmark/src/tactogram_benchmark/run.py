@@ -13,15 +13,13 @@ from tactogram import models
 from tactogram.errors import ParameterError, StoppedError, TactogramError, one_line
 from tactogram.workflows import LoadedRun, load_run, silent
 from tactogram_benchmark.data import OpenTask, open_task
-from tactogram_benchmark.questions import check_answers
-from tactogram_benchmark.result import BenchmarkResult, Entry, device, result_of
-from tactogram_benchmark.shown import save_shown
+from tactogram_benchmark.result import BenchmarkResult, Entry, device, result_of, save_shown
 from tactogram_benchmark.task import (
     BenchmarkTask,
     TaskRecipe,
     available_tasks,
 )
-from tactogram_benchmark.task_kind import TaskKind, kind_of
+from tactogram_benchmark.task_kind import TaskKind, check_answers, kind_of
 from tactogram_benchmark.training import trained_for, training_plan, training_seconds
 
 SEEDS = 3

@@ -11,8 +11,8 @@ from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram_benchmark.experiments import stroke_gan_figures, stroke_gan_mixing
-from tactogram_benchmark.experiments.nine_textures import IN_RECORDINGS, materials_of
-from tactogram_benchmark.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.artifacts import IN_RECORDINGS, materials_of
+from tactogram_benchmark.experiments.catalogue import reproduce
 from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN, spread_of
 
 MATERIALS = sorted((*SEEN, END))

@@ -1,9 +1,10 @@
-"""Verbs of the benchmark: list, run, table, check, questions, score."""
+"""Verbs of the benchmark, and of published tables and figures."""
 
+from pathlib import Path
 from typing import Any
 
 from tactogram.cli.functions import FunctionVerb
-from tactogram.cli.printing import columns, lines_of, text_of
+from tactogram.cli.printing import Printer, columns, lines_of, terminal_width, text_of
 
 
 def _tasks(tasks: dict[str, Any]) -> str:
@@ -34,7 +35,35 @@ def _scores(facts: dict[str, Any]) -> str:
     return "\n".join([columns(rows), facts["sentence"], *(f"result: {file}" for file in facts["files"])])
 
 
+def _experiments(show: Printer) -> None:
+    from tactogram_benchmark.experiments.catalogue import data_text, experiments, header_of, result_files
+
+    listed: dict[str, Any] = {}
+    rows = [("experiment", "finished", "recipe", "data", "result", "title")]
+    for name, title in experiments().items():
+        files = result_files(name)
+        headers = {_short(file): header_of(file) for file in files}
+        listed[name] = {"title": title, "results": headers}
+        for file, header in headers.items() or [("not run", {})]:
+            finished = str(header.get("finished", "-"))[:10]
+            rows.append((name, finished, header.get("recipe", "-"), data_text(header) or "-", file, title))
+    show(listed, columns(rows))
+
+
+def _short(file: Path) -> str:
+    """Return the path of a file, relative to the current folder if it is inside."""
+    return str(file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file)
+
+
+def _figures(result: dict[str, Any]) -> str:
+    rows = result["rows"]
+    cells = [(r["model"], r["what"], text_of(r["published"]), text_of(r["ours"]), r["data"]) for r in rows]
+    head = [("model", "what", "published", "ours", "our data")]
+    return columns(head + cells, width=terminal_width())
+
+
 WORKFLOWS = "tactogram_benchmark.workflows"
+CATALOGUE = "tactogram_benchmark.experiments.catalogue"
 PLACES = ("tasks", "stores")
 
 VERBS = {
@@ -51,4 +80,10 @@ VERBS = {
     "benchmark check": FunctionVerb(f"{WORKFLOWS}:check_file", lines_of, folders=("tasks",)),
     "benchmark questions": FunctionVerb(f"{WORKFLOWS}:ask_questions", lines_of, folders=PLACES),
     "benchmark score": FunctionVerb(f"{WORKFLOWS}:score_answers", _scores, folders=PLACES),
+    "reproduce": FunctionVerb(
+        f"{CATALOGUE}:reproduce",
+        lambda result: result["text"],
+        listing=("list the experiments", _experiments),
+    ),
+    "table": FunctionVerb(f"{CATALOGUE}:published_figures", _figures, folders=("models",)),
 }

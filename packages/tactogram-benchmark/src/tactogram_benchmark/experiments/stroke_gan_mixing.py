@@ -23,10 +23,10 @@ from tactogram_benchmark.experiments.artifacts import (
     facts_of,
     find_or_simulate,
     kind_of,
+    materials_of,
     train_all,
     trained_run,
 )
-from tactogram_benchmark.experiments.nine_textures import materials_of
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"

@@ -14,8 +14,7 @@ from tactogram.evaluation import linear_discriminant, pooled, wilson
 from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind
 
 SMALLEST = 1e-6
 """Probability below which an error costs no more: 14 nats."""

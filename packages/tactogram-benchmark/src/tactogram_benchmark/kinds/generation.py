@@ -44,9 +44,8 @@ from tactogram.workflows import (
 )
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.ignoring import IGNORING
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import BenchmarkTask, TaskOptions, options_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Content, Figure, Judgement, Question, TaskKind
 
 SHOWN = 3
 """Materials of which one answer is kept for the page."""

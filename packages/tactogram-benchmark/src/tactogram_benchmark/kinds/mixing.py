@@ -14,9 +14,8 @@ from tactogram.signal import Signal, resample
 from tactogram.training import child_seed
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import TaskOptions, options_of
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind
 
 
 class MixingOptions(TaskOptions):

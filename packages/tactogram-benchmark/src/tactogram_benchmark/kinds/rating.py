@@ -13,11 +13,9 @@ from tactogram.evaluation import mean_interval
 from tactogram.model import Condition, ImageExample
 from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
-from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.data import OpenTask, items_of, mean_scores, rated_examples, ratings_of
 from tactogram_benchmark.ignoring import IGNORING
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Content, Figure, Judgement, Question, TaskKind
 
 
 class Rating(TaskKind):

@@ -14,8 +14,7 @@ from tactogram.evaluation import classifier_features, mean_interval, wilson
 from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback, SurfaceIndex, surface_vector
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind
 
 KEPT = 0.95
 """Share of known recordings at which the share of refused ones is read."""

@@ -15,8 +15,7 @@ from tactogram.model import Example
 from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind
 
 
 def _band_levels(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:

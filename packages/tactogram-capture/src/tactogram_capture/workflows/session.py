@@ -167,7 +167,7 @@ def _console(yes: bool, answers: TextIO | None) -> Any:
 
     keys = importlib.util.find_spec("termios") is not None  # Windows has none: answers are lines there
     if keys and not yes and answers is None and sys.stdin.isatty() and sys.stderr.isatty():
-        from tactogram_capture.session.terminal import TerminalConsole
+        from tactogram_capture.session.console import TerminalConsole
 
         return TerminalConsole()
     return LineConsole(None if yes else answers or sys.stdin)
