@@ -1,4 +1,4 @@
-"""Audio, National Instruments and Digilent inputs: with fake drivers, and the null audio input."""
+"""Audio, National Instruments and Digilent inputs, with fake drivers."""
 
 import sys
 import types
@@ -76,15 +76,6 @@ def test_a_missing_audio_device_is_reported_and_no_other_opened(portaudio):
         open_source("audio:none"),
     ):
         pass
-
-
-def test_the_null_audio_input_delivers_silence_and_counts_as_simulated():
-    with open_source("audio:?library=null&rate=16000&channels=2") as source:
-        blocks = [source.read(1.0) for _ in range(3)]
-
-    assert all(block is not None and not block.samples.any() for block in blocks)
-    assert [b.first_index for b in blocks] == np.cumsum([0, len(blocks[0]), len(blocks[1])]).tolist()
-    assert source.facts()["simulated"] is True
 
 
 def test_a_full_queue_marks_losses_in_their_place_and_counts_them():

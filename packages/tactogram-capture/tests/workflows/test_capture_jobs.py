@@ -78,7 +78,7 @@ def test_the_device_is_recognised_live(store, run):
     guesses = []
     result = live(
         run.folder,
-        source=f"played:{store}?materials=cork&loss=0.02&seed=1",
+        source=f"played:{store}?materials=cork&loss=0.02&seed=3",
         hop=0.1,
         seconds=1.5,
         on_window=guesses.append,

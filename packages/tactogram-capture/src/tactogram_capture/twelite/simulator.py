@@ -34,6 +34,9 @@ from tactogram_capture.twelite.messages import (
 _CODES: dict[Mode, int] = {"single": 0x00, "fifo": 0xFA, "low_energy": 0xFE}
 _SECONDS_AHEAD = 1.0
 
+Measured = Signal | Iterator[NDArray[np.float32]] | None
+"""What a simulated sensor measures; see `transmissions`."""
+
 
 class SimulatedReceiver(BaseModel):
     """Timing, losses and damage of a simulated receiver; the defaults are a real one at 330 Hz without losses."""
@@ -78,17 +81,18 @@ class Transmission:
     """Whether a byte of ``data`` is wrong."""
 
 
-def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> Iterator[Transmission]:
+def transmissions(receiver: SimulatedReceiver, measured: Measured = None) -> Iterator[Transmission]:
     """Yield the packets of a simulated sensor and receiver.
 
-    The sensor measures ``signal``: axes x, y, z, m/s^2 (else `ParameterError`), resampled to its rate; by default a
-    finger that strokes a rough surface twice a second, with gravity along z.
+    What is ``measured`` is a signal of axes x, y, z, m/s^2 (else `ParameterError`), resampled to the sensor's rate, or
+    the samples of each packet in turn; by default a finger that strokes a rough surface twice a second, with gravity
+    along z.
     """
     rng = np.random.default_rng(receiver.seed)
     per_packet, period = receiver.samples_per_packet, receiver.samples_per_packet / receiver.rate
     step = UNITS_BY_MODE[receiver.mode] * (4 if receiver.mode == "fifo" else 1)
     now = 0.0
-    for number, x in enumerate(_packet_samples(receiver, signal, per_packet, rng)):
+    for number, x in enumerate(_packet_samples(receiver, measured, per_packet, rng)):
         if receiver.seconds is not None and (number + 1) * period > receiver.seconds + 1e-9:
             return
         steps = np.clip(np.round(x / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
@@ -149,12 +153,15 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
 
 
 def _packet_samples(
-    receiver: SimulatedReceiver, signal: Signal | None, per_packet: int, rng: np.random.Generator
-) -> Iterator[NDArray[np.float64]]:
-    """Yield the acceleration during each packet, float64, shape (3, per_packet), m/s^2."""
-    if signal is not None:
-        _check(signal)
-        x = resample(signal, receiver.rate).samples.astype(np.float64)
+    receiver: SimulatedReceiver, measured: Measured, per_packet: int, rng: np.random.Generator
+) -> Iterator[NDArray[np.floating]]:
+    """Yield the acceleration during each packet, shape (3, per_packet), m/s^2."""
+    if isinstance(measured, Iterator):
+        yield from measured
+        return
+    if measured is not None:
+        _check(measured)
+        x = resample(measured, receiver.rate).samples.astype(np.float64)
         for start in range(0, x.shape[1] - per_packet + 1, per_packet):
             yield x[:, start : start + per_packet]
         return
@@ -197,16 +204,14 @@ def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
 class SimulatedPort:
     """A pty that a simulated receiver prints to in real time; a `ByteStream` on its other end.
 
-    ``signal`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
+    ``measured`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
     """
 
-    def __init__(
-        self, receiver: SimulatedReceiver, signal: Signal | None = None, *, paced: bool = True
-    ) -> None:
-        if signal is not None:
+    def __init__(self, receiver: SimulatedReceiver, measured: Measured = None, *, paced: bool = True) -> None:
+        if isinstance(measured, Signal):
             # Here rather than in the printing thread, where the error would go unnoticed.
-            _check(signal)
-        self.receiver, self.paced, self._signal = receiver, paced, signal
+            _check(measured)
+        self.receiver, self.paced, self._measured = receiver, paced, measured
         self.name = "simulated:twelite"
         self.sent = self.lost = self.damaged = 0
         """Radio packets so far: all, the lost, and those with a wrong byte."""
@@ -274,7 +279,7 @@ class SimulatedPort:
 
     def _print(self) -> None:
         start = monotonic()
-        for sent in transmissions(self.receiver, self._signal):
+        for sent in transmissions(self.receiver, self._measured):
             if self.paced and self._stop.wait(max(0.0, start + sent.time_s - monotonic())):
                 return
             if not self._send(sent):
