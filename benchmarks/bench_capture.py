@@ -18,11 +18,7 @@ SECONDS = 120
 
 
 def run():
-    rows = [
-        parsing(form, mode)
-        for form in ("hex", "standard", "semicolon")
-        for mode in ("fifo", "single")
-    ]
+    rows = [parsing(form, mode) for form in ("hex", "standard", "semicolon") for mode in ("fifo", "single")]
     return [*rows, whole_log(), *(port(rate) for rate in (330, 690, 3300, 33000, 330000))]
 
 

@@ -15,6 +15,7 @@ from pydantic import ConfigDict, model_validator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
 from tactogram.errors import ParameterError
+from tactogram.evaluation import mean_interval
 from tactogram.model import Condition
 from tactogram.models import ModelInfo
 from tactogram.plugins import PluginGroup
@@ -121,6 +122,22 @@ class Figure:
         return self
 
 
+def mean_figure(
+    by_item: Mapping[str, float],
+    better: Literal["lower", "higher"],
+    title: str,
+    unit: str = "",
+    *,
+    floor: float | None = None,
+    ceiling: float | None = None,
+    most: float = math.inf,
+) -> Figure:
+    """Return the mean of values by item, at least 0 and at most ``most``, and its 95 % interval over the items."""
+    values = np.array(list(by_item.values()))
+    low, high = mean_interval(values, least=0.0, most=most) or (None, None)
+    return Figure(float(values.mean()), better, title, unit, floor, ceiling, low, high, by_item)
+
+
 @dataclass(frozen=True)
 class Judgement:
     """Result of `TaskKind.judge`: figures by name, the main one first, and what was left out."""
@@ -159,6 +176,8 @@ class TaskKind(ABC):
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
+    answered_by: str = "classification"
+    """Task of the models that answer."""
     baselines: Mapping[str, Baseline] = MappingProxyType({})
     """By name, ranked like models; those that are models are not among them."""
     validation_judges: bool = False
@@ -176,9 +195,9 @@ class TaskKind(ABC):
     def check(self, opened: OpenTask) -> None:
         """Refuse a task whose split or options are not of this kind; a `ParameterError` says why."""
 
-    @abstractmethod
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether a model can be trained for a task and answer it."""
+        return facts.task == self.answered_by
 
     def uses_shipped(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model answers with the weights that it comes with, untrained for the task."""
@@ -188,9 +207,9 @@ class TaskKind(ABC):
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return what is asked."""
 
-    @abstractmethod
     def questions(self, opened: OpenTask) -> list[Question]:
-        """Return the questions, in a fixed order."""
+        """Return the questions, in a fixed order: by default the test recordings."""
+        return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
 
     @abstractmethod
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:

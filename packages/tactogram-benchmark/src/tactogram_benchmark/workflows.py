@@ -245,14 +245,12 @@ def rank_results(
         raise ParameterError(
             f"{', '.join(map(str, folders))}: no results; `tactogram benchmark run` writes some"
         )
-    text = markdown(tables) if out is None else f"{len(tables)} tasks: {out}"
+    text = markdown(tables)
     if out is not None:
-        content = {
-            ".md": markdown,
-            ".html": lambda held: html(held, folders),
-            ".json": lambda _: brief(measured),
-        }
-        write_text(Path(out), content[suffix](tables))
+        if suffix == ".json":
+            text = brief(measured)
+        write_text(Path(out), html(tables, folders) if suffix == ".html" else text)
+        text = f"{len(tables)} tasks: {out}"
     kept = ("model", "entry", "value", "sd", "low", "high", "not_told_apart", "informed")
     ranked = {
         table.task.name: [

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import mean, stdev
 from typing import Any
 
 from tactogram.datasets import Store, open_store
-from tactogram.errors import DataError, TactogramError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io import write_text
 from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, simulate_to_store, train
 
@@ -95,6 +96,31 @@ def cached_result(
     file.parent.mkdir(parents=True, exist_ok=True)
     write_text(file, json.dumps(found, indent=1) + "\n")
     return found
+
+
+def listed(text: str, known: Iterable[str], what: str) -> list[str]:
+    """Return names separated by commas, each one of ``known``; ``what`` they are is for the error."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if unknown := [name for name in names if name not in {*known}]:
+        raise ParameterError(f"{what} must be some of {', '.join(known)}, got {unknown[0]!r}")
+    return names
+
+
+def spread(values: Iterable[float | None]) -> dict[str, Any]:
+    """Return the values, and mean, standard deviation and number of those that are not None."""
+    every = list(values)
+    known = [value for value in every if value is not None]
+    return {
+        "mean": mean(known) if known else None,
+        "sd": stdev(known) if len(known) > 1 else None,
+        "known": len(known),
+        "values": every,
+    }
+
+
+def origin_of(store: Store) -> dict[str, Any]:
+    """Return name, hash and origin of a store, as a result with several names each."""
+    return {"name": store.name, "sha256": store.sha256, "simulated": store.simulated}
 
 
 def facts_of(store: Store) -> dict[str, Any]:

@@ -31,7 +31,7 @@ from tactogram.evaluation import (
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal, write_text
 from tactogram.workflows import ProgressCallback, generate_rated_surfaces, load_run
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, origin_of, trained_run
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 
 PEOPLE = 20
@@ -125,14 +125,8 @@ def run(
         "simulated": seen.simulated or felt.simulated or not ratings,
         "recipe": recipe,
         "seed": seed,
-        "images": {"name": seen.name, "sha256": seen.sha256, "simulated": seen.simulated},
-        "plates": {
-            "name": felt.name,
-            "sha256": felt.sha256,
-            "simulated": felt.simulated,
-            "judged": met,
-            "failed": dict(made.failed),
-        },
+        "images": origin_of(seen),
+        "plates": origin_of(felt) | {"judged": met, "failed": dict(made.failed)},
         "people_in_both_groups": sorted(_people(tables[0], earlier) & _people(tables[1], later)),
         **found.as_dict(),
         "improved_words": {name: found.improved(name, WITHOUT_MODELS) for name in of_three[1:]},

@@ -30,10 +30,12 @@ from tactogram_benchmark.experiments.artifacts import (
     cached_result,
     facts_of,
     find_or_simulate,
+    listed,
+    spread,
     train_all,
     trained_run,
 )
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.picture_cells import text_of
 
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)
 """Sec. 4: mean squared error of the fabrics of Figure 3, from top to bottom; "averagely 0.035" is their sum."""
@@ -112,7 +114,7 @@ def run(
                 "split": "all",
             },
         )
-        for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations"))
+        for method in (PROPOSED, *listed(ablations, tuple(ABLATIONS), "ablations"))
         for seed in range(trainings)
     }
     train_all(list(runs.values()), on=on, processes=processes, progress=progress)
@@ -155,16 +157,9 @@ def run(
 def fabrics_of(store: Store, text: str) -> list[str]:
     """Return the materials named, separated by commas; by default the store's first five."""
     known = sorted({str(info.material) for info in store.index if info.material})
-    names = _listed(text, known, "fabrics") or known[:FABRICS]
+    names = listed(text, known, "fabrics") or known[:FABRICS]
     if len(names) < 2:
         raise ParameterError(f"fabrics must be at least two of {', '.join(known)}, got {text!r}")
-    return names
-
-
-def _listed(text: str, known: Sequence[str], what: str) -> list[str]:
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    if not set(names) <= set(known):
-        raise ParameterError(f"{what} must be among {', '.join(known)}, got {text!r}")
     return names
 
 

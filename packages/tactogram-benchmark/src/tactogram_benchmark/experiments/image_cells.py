@@ -29,7 +29,7 @@ from tactogram.evaluation import (
 from tactogram.signal import Image
 from tactogram.training import as_floats, square
 from tactogram.workflows import ProgressCallback, load_run, score
-from tactogram_benchmark.experiments.artifacts import cached_result, trained_run
+from tactogram_benchmark.experiments.artifacts import cached_result, origin_of, trained_run
 
 WEIGHTS = (1, 1000, 5000, 10000)
 """Sec. II-C."""
@@ -260,8 +260,8 @@ def compare_generators(
         "figures": [figure] if measure in quality.missing else [figure, "trade_off.png"],
         "trainings": {name: len(row) for name, row in cells.items()},
         "simulated": simulated,
-        "images": {"name": images.name, "sha256": images.sha256, "simulated": images.simulated},
-        "plates": {"name": plates.name, "sha256": plates.sha256, "simulated": plates.simulated},
+        "images": origin_of(images),
+        "plates": origin_of(plates),
         "rater_on_unseen_images": None if best is None else best.as_dict(),
         "quality_of_other_real_images": None if others is None else quality(others),
         "missing": quality.missing,

@@ -12,7 +12,6 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from statistics import mean, stdev
 from typing import Any
 
 import numpy as np
@@ -37,7 +36,7 @@ from tactogram.workflows import (
     generate_rated_surfaces,
     predicted_ratings,
 )
-from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, trained_run
+from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, listed, spread, trained_run
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""
@@ -165,11 +164,9 @@ def _told(
 
 def chosen_groups(groups: str) -> list[str]:
     """Return the named groups in the paper's order."""
-    names = [name.strip() for name in groups.split(",")]
-    if unknown := [name for name in names if name not in GROUPS]:
-        raise ParameterError(
-            f"groups must be of {', '.join(GROUPS)}, separated by commas, got {unknown[0]!r}"
-        )
+    names = listed(groups, GROUPS, "groups")
+    if not names:
+        raise ParameterError(f"groups must be some of {', '.join(GROUPS)}, got none")
     return [name for name in GROUPS if name in names]
 
 
@@ -253,12 +250,7 @@ def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, An
                 said = predicted_ratings(rater, one.signals)
                 away = said.means - np.array([targets[item] for item in said.items])
                 errors.append(float(np.nanmean(np.abs(away))))
-        found[name] = {
-            "mean": mean(errors) if errors else None,
-            "sd": stdev(errors) if len(errors) > 1 else None,
-            "values": errors,
-            "plates": [len(one.signals) for one in trained],
-        }
+        found[name] = spread(errors) | {"plates": [len(one.signals) for one in trained]}
     return found
 
 

@@ -16,15 +16,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tactogram.datasets import Store
-from tactogram.errors import ParameterError
 from tactogram.evaluation import save_figure
 from tactogram.workflows import ProgressCallback
-from tactogram_benchmark.experiments.artifacts import facts_of
+from tactogram_benchmark.experiments.artifacts import facts_of, listed, spread
 from tactogram_benchmark.experiments.picture_cells import (
     compared,
     data_of,
     p_text,
-    spread,
     table_cells,
     table_settings,
     text_of,
@@ -122,11 +120,7 @@ def run(
 def _wanted(names: str) -> dict[str, tuple[int, int]]:
     """Return discriminators and layers of the named cells, of all for none."""
     known = {f"{d}x{layers}": (d, layers) for d, layers in PUBLISHED}
-    wanted = [name.strip() for name in names.split(",")] if names else list(known)
-    for name in wanted:
-        if name not in known:
-            raise ParameterError(f"cells must be some of {', '.join(known)}, got {name!r}")
-    return {name: known[name] for name in wanted}
+    return {name: known[name] for name in listed(names, known, "cells") or known}
 
 
 def _surfaces(

@@ -10,10 +10,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import ParameterError
 from tactogram.nn import VGG19
 from tactogram.workflows import ProgressCallback, compare_pictures
-from tactogram_benchmark.experiments.artifacts import facts_of
+from tactogram_benchmark.experiments.artifacts import facts_of, listed
 from tactogram_benchmark.experiments.picture_cells import (
     compared,
     data_of,
@@ -127,11 +126,8 @@ def run(
 def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
     """Return model and changes of the named methods, of the published ones for none; always of the proposed."""
     known = METHODS | VARIANTS
-    wanted = [name.strip() for name in names.split(",")] if names else list(METHODS)
-    wanted = [one for name in wanted for one in (VARIANTS if name == "variants" else (name,))]
-    for name in wanted:
-        if name not in known:
-            raise ParameterError(f"methods must be some of {', '.join(known)} or variants, got {name!r}")
+    named = listed(names, (*known, "variants"), "methods") or list(METHODS)
+    wanted = [one for name in named for one in (VARIANTS if name == "variants" else (name,))]
     return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
 
 
