@@ -1,7 +1,7 @@
 """A session recorded from a simulated TWE-Lite device, killed in the middle, and the same device recognised live.
 
 Nothing here touched hardware, and no surface was stroked. Recordings of simulated surfaces are played by a simulated
-sensor and receiver, which print their frames to a pty at 330 Hz, 2 % of them lost and 5 ms late on average. A session
+sensor and receiver, which send their frames at 330 Hz, 2 % of them lost and 5 ms late on average. A session
 is recorded from it and killed (SIGKILL) while a take is being made, goes on, and is held against its raw logs, read
 offline by the parser alone. Then a `stroke_cnn` that was trained on other takes says live what the device strokes, two
 surfaces among it that it was not trained on.

@@ -1,7 +1,7 @@
 """Recordings of a store, played through a simulated TWE-Lite receiver.
 
-The output passes through the whole chain: quantised, framed, printed to a pty, delayed, partly lost, read from the port
-and parsed. It is marked simulated even if the recordings are not.
+The output passes through the whole chain: quantised, framed, delayed, partly lost, and parsed. It is marked simulated
+even if the recordings are not.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
-from threading import Lock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,7 +51,6 @@ class StrokeReplay:
         self._store, self._rate, self._stream = store, rate, stream
         self._rng = np.random.default_rng(seed)
         self._infos = [info for info in store.index if info.material is not None]
-        self._lock = Lock()
         self._samples: NDArray[np.float32] | None = None
         self._place = 0
 
@@ -73,24 +71,21 @@ class StrokeReplay:
             infos = [info for info in infos if value is None or getattr(info, name) == value] or infos
         info = infos[int(self._rng.integers(len(infos)))]
         signal = resample(self._store.signal(info.id, self._stream).select(*AXES), self._rate)
-        with self._lock:
-            self._samples, self._place = signal.samples, int(self._rng.integers(len(signal)))
+        self._samples, self._place = signal.samples, int(self._rng.integers(len(signal)))
 
     def rest(self) -> None:
         """Lift the finger."""
-        with self._lock:
-            self._samples = None
+        self._samples = None
 
     def next_samples(self, count: int) -> NDArray[np.float32]:
         """Return the next samples, float32, shape (3, count), m/s^2, at the sensor's rate."""
-        with self._lock:
-            if self._samples is None:
-                x = (REST_NOISE * self._rng.standard_normal((3, count))).astype(np.float32)
-                x[2] += np.float32(STANDARD_GRAVITY)
-                return x
-            places = (self._place + np.arange(count)) % self._samples.shape[1]
-            self._place = int(places[-1] + 1) % self._samples.shape[1]
-            return self._samples[:, places]
+        if self._samples is None:
+            x = (REST_NOISE * self._rng.standard_normal((3, count))).astype(np.float32)
+            x[2] += np.float32(STANDARD_GRAVITY)
+            return x
+        places = (self._place + np.arange(count)) % self._samples.shape[1]
+        self._place = int(places[-1] + 1) % self._samples.shape[1]
+        return self._samples[:, places]
 
 
 class StoreReplaySource(TweliteSource):

@@ -1,25 +1,21 @@
-"""A simulated TWE-Lite sensor and receiver that prints real frames, late, lost and damaged, to a pty."""
+"""A simulated TWE-Lite sensor and receiver that prints real frames, late, lost and damaged."""
 
 from __future__ import annotations
 
 import math
-import os
-import select
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
-from typing import Any, Self
+from time import monotonic, sleep
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.errors import DeviceError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.source import SourceEnded, SourceLost
-from tactogram_capture.stream.byte_source import SerialPort
 from tactogram_capture.stream.raw_log import RawLog
 from tactogram_capture.twelite.messages import (
     FIFO_SAMPLES,
@@ -202,105 +198,48 @@ def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
 
 
 class SimulatedPort:
-    """A pty that a simulated receiver prints to in real time; a `ByteStream` on its other end.
+    """A simulated receiver as a `ByteStream` that prints in real time.
 
     ``measured`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
     """
 
     def __init__(self, receiver: SimulatedReceiver, measured: Measured = None, *, paced: bool = True) -> None:
         if isinstance(measured, Signal):
-            # Here rather than in the printing thread, where the error would go unnoticed.
             _check(measured)
         self.receiver, self.paced, self._measured = receiver, paced, measured
         self.name = "simulated:twelite"
         self.sent = self.lost = self.damaged = 0
         """Radio packets so far: all, the lost, and those with a wrong byte."""
-        self._stop, self._finished = threading.Event(), threading.Event()
-        self._master = self._slave = -1
-        self._thread: threading.Thread | None = None
-        self._port: SerialPort | None = None
-
-    @property
-    def path(self) -> str:
-        """The pty, which any program may open as a serial port while this one is open."""
-        return os.ttyname(self._slave)
+        self._coming: Iterator[Transmission] | None = None
+        self._next: Transmission | None = None
+        self._start_s = 0.0
 
     def __enter__(self) -> Self:
-        """Create and open the pty, and begin to print.
-
-        Raises `DeviceError` on a system without pseudo-terminals (Windows).
-        """
-        try:
-            import tty  # missing on Windows
-        except ModuleNotFoundError as error:
-            raise DeviceError(
-                f"{self.name}: needs a pseudo-terminal, which this system does not have"
-            ) from error
-        self._master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        self._port = SerialPort(self.path)
-        try:
-            self._port.__enter__()
-        except BaseException:
-            self._close()
-            raise
-        self._thread = threading.Thread(target=self._print, name=self.name, daemon=True)
-        self._thread.start()
+        self._start_s, self._coming = monotonic(), transmissions(self.receiver, self._measured)
         return self
 
-    def __exit__(self, *error: Any) -> None:
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
-        if self._port is not None:
-            self._port.__exit__(*error)
-        self._close()
-
-    def unplug(self) -> None:
-        """Simulate a pulled plug."""
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
-        self._close()
+    def __exit__(self, *_: object) -> None:
+        self._coming = None
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return bytes and their arrival; None if none arrived in time.
+        """Return the bytes of the next packet and their arrival; None if none is due in time.
 
-        Raises `SourceEnded` at the end of the simulation, `SourceLost` if it was unplugged.
+        Raises `SourceEnded` at the end of the simulation.
         """
-        # Checked before reading, so that the last bytes are read before the end is raised.
-        over = self._finished.is_set()
-        if self._port is None:
+        if self._coming is None:
             raise SourceLost(f"{self.name}: is not open")
-        received = self._port.read(0.0 if over else timeout_s)
-        if received is None and over:
-            raise SourceEnded(f"{self.name}: the simulation ended")
-        return received
-
-    def _print(self) -> None:
-        start = monotonic()
-        for sent in transmissions(self.receiver, self._measured):
-            if self.paced and self._stop.wait(max(0.0, start + sent.time_s - monotonic())):
-                return
-            if not self._send(sent):
-                return
-        self._finished.set()
-
-    def _send(self, sent: Transmission) -> bool:
-        """Count and write a packet; return False if stopped meanwhile, since nobody may be reading."""
-        self.sent += 1
-        self.lost += not sent.data
-        self.damaged += sent.damaged
-        data = sent.data
-        while data:
-            if self._stop.is_set():
-                return False
-            if select.select([], [self._master], [], 0.02)[1]:
-                data = data[os.write(self._master, data[:1024]) :]
-        return True
-
-    def _close(self) -> None:
-        for handle in (self._master, self._slave):
-            if handle >= 0:
-                os.close(handle)
-        self._master = self._slave = -1
+        until = monotonic() + timeout_s
+        while True:
+            self._next = self._next or next(self._coming, None)
+            if self._next is None:
+                raise SourceEnded(f"{self.name}: the simulation ended")
+            due_s = self._start_s + self._next.time_s if self.paced else monotonic()
+            sleep(max(0.0, min(due_s, until) - monotonic()))
+            if due_s > until:
+                return None
+            packet, self._next = self._next, None
+            self.sent += 1
+            self.lost += not packet.data
+            self.damaged += packet.damaged
+            if packet.data:
+                return packet.data, due_s

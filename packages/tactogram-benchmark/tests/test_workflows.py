@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +11,7 @@ import pytest
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.progress import silent
-from tactogram_benchmark.outside import score_answers, write_questions
+from tactogram_benchmark.outside import write_questions
 from tactogram_benchmark.result import BenchmarkResult, brief, check_result, committed_results
 from tactogram_benchmark.task import available_tasks
 from tactogram_benchmark.task_kind import kind_of
@@ -194,29 +192,6 @@ def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, mo
     assert "out must end with .md, .html or .json" in capsys.readouterr().err.replace("--out", "out")
 
 
-@pytest.mark.parametrize("name", ["name", "none", "retrieve", "generate"])
-def test_plain_numpy_takes_part(tasks, tmp_path, name):
-    opened = tasks.open(name)
-    report = write_questions(opened, tmp_path / "questions")
-    assert report["train"] == len(opened.examples("train"))
-    command = [sys.executable, str(EXAMPLE), str(tmp_path / "questions"), str(tmp_path / "answers")]
-    subprocess.run(command, check=True, cwd=tmp_path)
-    results = score_answers(opened, tmp_path / "answers", tmp_path / "results")
-    assert len(results) == (3 if name == "generate" else 1)
-    for result in results:
-        check_result(
-            BenchmarkResult.load(result.file(tmp_path / "results")), available_tasks([tasks.folder]), where=""
-        )
-        assert (result.model, result.entry) == ("numpy_bands", "outside")
-        main_figure = result.main
-        better = (
-            main_figure.value < 1
-            if main_figure.better == "lower"
-            else main_figure.value > main_figure.ceiling
-        )
-        assert better, main_figure.value  # than another material, or chance
-
-
 def test_rows_that_ignore_the_input_have_several_seeds(tasks, tmp_path):
     options = in_folder(tmp_path, tasks) | {"seeds": 2}
     assert run_benchmark(["rate", "random", "mean"], **options)["results"] == 4
@@ -266,51 +241,6 @@ def test_a_score_says_mean_and_rank_among_the_results(tasks, tmp_path, capsys, m
     facts = json.loads(capsys.readouterr().out)
     assert facts["mean"] == facts["results"][0]["figures"]["error"]["value"]
     assert (facts["models"], facts["informed"]) == (3, False)
-
-
-def test_questions_tell_neither_materials_nor_what_the_judge_learns_from(tasks, tmp_path):
-    write_questions(tasks.open("generate"), tmp_path / "generate")
-    listed = json.loads((tmp_path / "generate" / "task.json").read_text())
-    ids = [question["id"] for question in listed["questions"]]
-    assert all(re.fullmatch("[0-9a-f]{16}", id) for id in ids)
-    assert ids == sorted(ids)  # in the store's order those of one material would be neighbours
-    report = write_questions(tasks.open("words"), tmp_path / "words")
-    assert "validation" not in report
-    assert {file.name for file in (tmp_path / "words").iterdir()} == {
-        "task.json",
-        "train.npz",
-        "questions.npz",
-    }
-
-
-def test_the_numpy_example_declines_what_it_cannot(tasks, tmp_path):
-    write_questions(tasks.open("rate"), tmp_path / "questions")
-    command = [sys.executable, str(EXAMPLE), str(tmp_path / "questions"), str(tmp_path / "answers")]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert run.returncode == 1
-    assert run.stderr.startswith("rate: asks for scores")
-
-
-def test_answers_without_facts_or_files_are_refused(tasks, tmp_path):
-    opened = tasks.open("name")
-    with pytest.raises(DataError):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    (tmp_path / "about.json").write_text('{"model": "m y", "how": "?"}')
-    with pytest.raises(ParameterError, match=r"about.json: model: "):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    for taken in ("stroke_cnn", "linear_discriminant"):
-        (tmp_path / "about.json").write_text(json.dumps({"model": taken, "how": "by hand"}))
-        with pytest.raises(
-            ParameterError, match=f"model {taken} is one of this package; choose another name"
-        ):
-            score_answers(opened, tmp_path, tmp_path / "results")
-    (tmp_path / "about.json").write_text('{"model": "mine", "how": "by hand"}')
-    with pytest.raises(DataError, match=r"expected answers as 0.npz, 1.npz, … by seed, found none"):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    np.savez(tmp_path / "0.npz", other=np.ones(6))
-    with pytest.raises(ParameterError, match="expected an answer to each of 12 questions"):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    assert not (tmp_path / "results").exists()
 
 
 def test_a_model_of_a_folder_takes_part(tasks, tmp_path):
