@@ -22,7 +22,6 @@ from tactogram_benchmark.task import (
 from tactogram_benchmark.task_kind import TaskKind, check_answers, kind_of
 from tactogram_benchmark.training import trained_for, training_plan, training_seconds
 
-SEEDS = 3
 SHIPPED = "as it comes, untrained for the task"
 BASELINE = "baseline of the task"
 

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from torch import Tensor
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import Store, part_examples
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation import COLOURS, geometry_score, save_figure
@@ -303,14 +304,18 @@ def _text(result: Mapping[str, Any]) -> str:
         f"published MSE: {stated}, mean {result['published_mse_mean']:.3f}, for five fabrics of HapTex that are not "
         "named, in overlapping windows",
         NOTES.format(**result["reference"]),
-        f"{'fabric':16}{'MSE':>20}{'distance, dB':>20}",
     ]
-    for name, row in result["fabrics"].items():
-        lines.append(f"{name:16}{text_of(row['mse']):>20}{text_of(row['distance_db'], digits=2):>20}")
+    fabrics = [
+        (name, text_of(row["mse"]), text_of(row["distance_db"], digits=2))
+        for name, row in result["fabrics"].items()
+    ]
+    lines.append(columns([("fabric", "MSE", "distance, dB"), *fabrics]))
     names = [name for name in MEASURES if name in result["methods"][PROPOSED]]
-    lines.append(f"{'':16}" + "".join(f"{MEASURES[name]:>20}" for name in names))
-    for method, row in result["methods"].items():
-        lines.append(f"{method:16}" + "".join(f"{text_of(row[name], digits=3):>20}" for name in names))
+    methods = [
+        (method, *(text_of(row[name], digits=3) for name in names))
+        for method, row in result["methods"].items()
+    ]
+    lines.append(columns([("", *(MEASURES[name] for name in names)), *methods]))
     lines.append(
         "Mixes: place between the recorded spectra, 0 and 1, at shares " + ", ".join(f"{s:g}" for s in SHARES)
     )

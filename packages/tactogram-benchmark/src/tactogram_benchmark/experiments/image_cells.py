@@ -12,6 +12,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import Split, Store
 from tactogram.errors import ParameterError
 from tactogram.evaluation import (
@@ -315,20 +316,17 @@ def _spread(values: Sequence[float]) -> str:
 
 def _text(result: Mapping[str, Any], title: str, notes: Mapping[str, str]) -> str:
     names = [name for name in ("fid", "efficientnet_lite0_frechet_distance") if name not in result["missing"]]
-    columns = [*COLUMNS, *((MEASURES[name][0], "quality", name) for name in names)]
-    rows = [["", "n", *(head for head, _, _ in columns), ""]]
+    heads = [*COLUMNS, *((MEASURES[name][0], "quality", name) for name in names)]
+    table = [["", "n", *(head for head, _, _ in heads), ""]]
     for name, row in result["variants"].items():
         collapse = ", ".join(sorted({cell["collapse"] or "no collapse" for cell in row}))
         note = f"; {notes[name]}" if name in notes else ""
-        cells = [_spread([cell[part][key] for cell in row]) for _, part, key in columns]
-        rows.append([name, str(len(row)), *cells, collapse + note])
-    left, *across = (max(map(len, column)) for column in list(zip(*rows, strict=True))[:-1])
+        cells = [_spread([cell[part][key] for cell in row]) for _, part, key in heads]
+        table.append([name, str(len(row)), *cells, collapse + note])
     lines = [
-        f"{title}; mean ± sd over trainings, losses over their last half; scores of 0 to 1 predicted by a rater model"
+        f"{title}; mean ± sd over trainings, losses over their last half; scores of 0 to 1 predicted by a rater model",
+        columns(table),
     ]
-    for name, *cells, remark in rows:
-        figures = "".join(f"{cell:>{width + 2}}" for cell, width in zip(cells, across, strict=True))
-        lines.append(f"{name:{left}}{figures}  {remark}".rstrip())
     if best := result["rater_on_unseen_images"]:
         lines.append(
             f"the rater model on unseen real images: r {best['correlation']:.2f}, "

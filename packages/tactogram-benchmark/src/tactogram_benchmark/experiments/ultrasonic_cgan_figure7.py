@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import Ratings, Store, draw_people, read_table, score_vibrations, write_table
 from tactogram.errors import ParameterError
 from tactogram.evaluation import (
@@ -300,9 +301,9 @@ def figure7_text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
     ]
     for by, told in result["told_by"].items():
         lines.append(f"Rated by {by}:")
-        lines.append("  " + "".join(f"{name:>14}" for name in HEADER))
-        rows = _rows(result, by, conditions)
-        lines += ["  " + "".join(f"{_cell(value):>14}" for value in row) for row in rows]
+        lines.append(
+            columns([HEADER, *([_cell(value) for value in row] for row in _rows(result, by, conditions))])
+        )
         lines += [f"  {name}: {value:.3f}" for name, value in told["beside"].items()]
         if by.startswith(RATER_MODEL):
             lines.append(f"  {KNOWS_NEAREST}")

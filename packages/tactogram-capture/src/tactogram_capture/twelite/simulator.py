@@ -222,24 +222,26 @@ class SimulatedPort:
         self._coming = None
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return the bytes of the next packet and their arrival; None if none is due in time.
+        """Return the bytes of all packets that are due, and their arrival; None if none is due in time.
 
         Raises `SourceEnded` at the end of the simulation.
         """
         if self._coming is None:
             raise SourceLost(f"{self.name}: is not open")
-        until = monotonic() + timeout_s
+        until, data, arrival_s = monotonic() + timeout_s, b"", 0.0
         while True:
             self._next = self._next or next(self._coming, None)
-            if self._next is None:
+            if self._next is None and not data:
                 raise SourceEnded(f"{self.name}: the simulation ended")
-            due_s = self._start_s + self._next.time_s if self.paced else monotonic()
+            due_s = self._start_s + self._next.time_s if self._next and self.paced else monotonic()
+            if data and (self._next is None or not self.paced or due_s > monotonic()):
+                return data, arrival_s
             sleep(max(0.0, min(due_s, until) - monotonic()))
-            if due_s > until:
+            if self._next is None or (due_s > until and not data):
                 return None
             packet, self._next = self._next, None
             self.sent += 1
             self.lost += not packet.data
             self.damaged += packet.damaged
             if packet.data:
-                return packet.data, due_s
+                data, arrival_s = data + packet.data, due_s

@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 from tactogram.errors import TactogramError
 from tactogram.extras import device_errors, imported
-from tactogram.parameters import Settings, checked
+from tactogram.parameters import checked
 from tactogram_capture.catalogue import open_source, parse_address
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
 from tactogram_capture.source import PlanFollower, TappedSource
@@ -38,7 +38,7 @@ def capture(
     data: Path | str,
     session: str = "",
     subject: str | None = None,
-    changes: Settings | None = None,
+    changes: Mapping[str, Any] | None = None,
     recognise: Path | str | None = None,
     yes: bool = False,
     silent: bool = False,
@@ -65,7 +65,7 @@ def capture(
         Name of the session (default: the plan and the subject).
     subject : str, optional
         Who strokes, as a code, since the store keeps it.
-    changes : dict, optional
+    changes : mapping, optional
         Change a value of the plan, as KEY=VALUE.
     recognise : Path or str, optional
         Run of a classifier that recognises each take.
