@@ -26,8 +26,7 @@ def main(arguments=None):
     from tactogram.errors import TactogramError
     from tactogram.recipe import parse_changes
     from tactogram.workflows.progress import shown
-    from tactogram_benchmark.experiments.catalogue import experiments
-    from tactogram_benchmark.experiments.reproduce import reproduce
+    from tactogram_benchmark.experiments.catalogue import experiments, reproduce
 
     parser = parser_of_options()
     a = parser.parse_args(arguments)

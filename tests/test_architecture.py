@@ -72,11 +72,11 @@ def test_an_application_imports_of_the_core_what_its_packages_list(folder):
                 place = ROOT / "src" / node.module.replace(".", "/")
                 public = node.module.count(".") == 1 or (place / "__init__.py").is_file()
                 inner |= set() if public else {node.module}
-    assert inner <= {"tactogram.cli.printing", "tactogram.cli.verbs"}  # what verbs are declared with
+    declaring = {"tactogram.cli.functions", "tactogram.cli.printing", "tactogram.cli.verbs"}
+    assert inner <= declaring  # what verbs are declared with
 
 
 OPEN_CIRCLES = [
-    {"tactogram_capture.workflows.live", "tactogram_capture.workflows.requests"},
     {"tactogram_study.designs", "tactogram_study.designs.catalogue", "tactogram_study.designs.design"}
     | {"tactogram_study.practice", "tactogram_study.session.file", "tactogram_study.session.participants"}
     | {"tactogram_study.session.progress", "tactogram_study.session.sitting", "tactogram_study.session.store"}

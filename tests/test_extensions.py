@@ -72,7 +72,6 @@ OTHER_MEANINGS = {
     ("haptic format", "rendering/families/ultrasonic.py", "vibration"): "a mapping of its signal",
     ("haptic format", "rendering/displays/catalogue.py", "vibration"): "what a display renders",
     ("haptic format", "rendering/files/loss.py", "vibration"): "a kind of event",
-    ("display family", "tactogram_capture/workflows/requests.py", "linear"): "a way to fill gaps",
     ("display family", "rendering/files/formats/vibration.py", "pattern"): "a key of its documents",
     ("importer", "tactogram_studio/pages/materials/columns.py", "folder"): "what names a material",
     (
@@ -85,8 +84,8 @@ OTHER_MEANINGS = {
     ("capture source", "tactogram_capture/stream/csv_source.py", "serial"): "a kind of log",
     ("capture source", "tactogram_capture/twelite/source.py", "twelite"): "a kind of log",
     ("capture source", "tactogram_capture/twelite/simulator.py", "twelite"): "a kind of log",
-    ("capture source", "tactogram_capture/workflows/requests.py", "serial"): "a kind of log",
-    ("capture source", "tactogram_capture/workflows/requests.py", "twelite"): "a kind of log",
+    ("capture source", "tactogram_capture/workflows/logs.py", "serial"): "a kind of log",
+    ("capture source", "tactogram_capture/workflows/logs.py", "twelite"): "a kind of log",
     ("capture source", "tactogram_capture/stream/byte_source.py", "serial"): "a library",
     ("capture source", "tactogram_capture/logs.py", "lsl"): "an extra",
 } | {("measure", "evaluation/measures/__init__.py", name): "the function alone" for name in MEASURES.names()}

@@ -1,7 +1,7 @@
 """A session recorded from a simulated TWE-Lite device, killed in the middle, and the same device recognised live.
 
 Nothing here touched hardware, and no surface was stroked. Recordings of simulated surfaces are played by a simulated
-sensor and receiver, which print their frames to a pty at 330 Hz, 2 % of them lost and 5 ms late on average. A session
+sensor and receiver, which send their frames at 330 Hz, 2 % of them lost and 5 ms late on average. A session
 is recorded from it and killed (SIGKILL) while a take is being made, goes on, and is held against its raw logs, read
 offline by the parser alone. Then a `stroke_cnn` that was trained on other takes says live what the device strokes, two
 surfaces among it that it was not trained on.
@@ -115,7 +115,7 @@ def _session(folder: Path, plan: Path, device: Path) -> dict[str, Any]:
         noted.write_text(
             json.dumps({"killed_after_s": after_s, "in_the_store_when_killed": len(open_store(store))})
         )
-    result = capture(plan, DEVICE.format(store=device, seed=2), store, yes=True)
+    result = capture(plan, source=DEVICE.format(store=device, seed=2), data=store, yes=True)
     recorded = open_store(store)
     logs = {path.name: read_log(path)[0] for path in sorted(Path(result["folder"]).glob("raw-*.log"))}
     same, samples, lost = 0, 0, 0
@@ -174,7 +174,7 @@ def _classify_live(folder: Path, classifier: Path, device: Path) -> dict[str, An
     order = [name for pair in zip(KNOWN, (*UNKNOWN, "", "", ""), strict=True) for name in pair if name]
     found: list[WindowClassification] = []
     address = f"{DEVICE.format(store=device, seed=3)}&materials={','.join(order)}&each_s={EACH_S:g}"
-    result = live(classifier, address, hop=0.15, seconds=EACH_S * len(order), show=found.append)
+    result = live(classifier, source=address, hop=0.15, seconds=EACH_S * len(order), on_window=found.append)
     truth = [order[min(int(guess.time_s / EACH_S), len(order) - 1)] for guess in found]
     # A window across a change holds two surfaces and has no true material.
     whole = [guess.time_s % EACH_S > result["window_s"] + 0.2 for guess in found]

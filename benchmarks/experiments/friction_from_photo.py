@@ -27,9 +27,9 @@ from tactogram.signal import Image
 from tactogram.signal.resampling import resample
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, spread, trained_run
 from tactogram_benchmark.experiments.frictgan_figure3 import MEASURES, REFERENCE, fabrics_of
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.picture_cells import text_of
 
 METHOD = "texture_flow"
 

@@ -19,8 +19,7 @@ from tactogram.errors import ParameterError
 from tactogram.training.seeds import child_rng
 from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
-from tactogram_benchmark.experiments.image_cells import rater_run
-from tactogram_benchmark.experiments.image_comparison import compare_generators
+from tactogram_benchmark.experiments.image_cells import compare_generators, rater_run
 
 DISCRIMINATORS: dict[str, dict[str, Any]] = {
     "weight 1": {"image_weight": 1.0},

@@ -30,9 +30,10 @@ from tactogram.training.checkpoint import load_state
 from tactogram.training.labelled_images import as_floats, square
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, trained_run
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, spread, trained_run
 from tactogram_benchmark.experiments.image_cells import (
     DRAWS,
+    TRIALS,
     RatedPlates,
     as_tensor,
     draws_of,
@@ -41,8 +42,7 @@ from tactogram_benchmark.experiments.image_cells import (
     rater_run,
     real_images,
 )
-from tactogram_benchmark.experiments.image_comparison import TRIALS
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.picture_cells import text_of
 
 STEPS = (1, 4, 8, 16)
 GUIDANCE = (1.0, 1.5, 2.0, 3.0)

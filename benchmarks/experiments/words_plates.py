@@ -24,8 +24,8 @@ from tactogram.signal import Signal
 from tactogram.signal.crest_factor import straight_to_display
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import load_run
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, spread, trained_run
+from tactogram_benchmark.experiments.picture_cells import text_of
 
 SIGNALS = (39, 400, 4000)
 PEOPLE = 100

@@ -22,8 +22,8 @@ from tactogram.workflows.data.stores import import_store
 from tactogram.workflows.evaluation.ratings import predicted_ratings
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
-from tactogram_benchmark.experiments.artifacts import trained_run
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.artifacts import spread, trained_run
+from tactogram_benchmark.experiments.picture_cells import text_of
 
 PARTS = 3
 LEAST_S = 0.16

@@ -27,8 +27,7 @@ GUIDES = {
     "study_sessions": ("studies", "study-tablets", "study-answers"),
     "study_analysis": ("study-analysis", "study-accuracy"),
     "studio": ("studio", "studio-data", "touch", "server-safety"),
-    "benchmarking": ("benchmark", "benchmark-results"),
-    "reproducing": ("results",),
+    "benchmarking": ("benchmark", "benchmark-results", "results"),
     "serving": ("studies",),
 }
 """Pages that explain the verbs of each module of the command line."""

@@ -11,7 +11,7 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata, read_signal
-from tactogram_benchmark.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.catalogue import reproduce
 
 SHOWN = ("voice-coil", "string-tablet", "lra-drv2605")
 

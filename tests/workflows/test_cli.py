@@ -153,7 +153,7 @@ def test_the_table_is_filtered_and_fits_a_terminal(capsys, monkeypatch):
     rows = json.loads(capsys.readouterr().out)["rows"]
     assert rows
     assert all(row["model"] == "stroke_cnn" and "classified" in row["what"] for row in rows)
-    monkeypatch.setattr("tactogram_benchmark.cli.reproducing.terminal_width", lambda: 100)
+    monkeypatch.setattr("tactogram_benchmark.cli.benchmarking.terminal_width", lambda: 100)
     assert main(["table"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines)) <= 100

@@ -12,7 +12,7 @@ from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.hub_folder import export_run, import_run
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
-from tactogram_capture.workflows.live import LiveClassifier
+from tactogram_capture.live.classifier import LiveClassifier
 
 FACTS = """
 title = "The nearest mean of lag-1 autocorrelation"

@@ -19,7 +19,7 @@ from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training import execution, loaded_run
 from tactogram.workflows.training.train import train
-from tactogram_benchmark.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.catalogue import reproduce
 
 NOWHERE = Path(__file__) / "made"
 """Beneath a file: not even root writes there."""

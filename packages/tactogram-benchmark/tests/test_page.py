@@ -10,8 +10,7 @@ import pytest
 from tactogram.signal import Image, Signal
 from tactogram_benchmark.page import html
 from tactogram_benchmark.ranking import rank_models
-from tactogram_benchmark.result import BenchmarkResult
-from tactogram_benchmark.shown import REAL_FOLDER, save_shown
+from tactogram_benchmark.result import REAL_FOLDER, BenchmarkResult, save_shown
 from tactogram_benchmark.table import TaskTable, markdown
 from tactogram_benchmark.task import available_tasks
 

@@ -1,4 +1,4 @@
-"""Data of a task: its store, found by its hash or simulated again, and the examples of each part."""
+"""Data of a task: its store, found by its hash or simulated again, the examples of each part, and rated items."""
 
 from __future__ import annotations
 
@@ -9,12 +9,25 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import Examples, Split, Store, label_of, open_store, part_examples, signal_kind
+import numpy as np
+from numpy.typing import NDArray
+
+from tactogram.datasets import (
+    Examples,
+    Ratings,
+    Segment,
+    Split,
+    Store,
+    label_of,
+    open_store,
+    part_examples,
+    signal_kind,
+)
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
-from tactogram.workflows import ProgressCallback, silent, simulate_to_store
-from tactogram_benchmark.task import BenchmarkTask, available_tasks
+from tactogram.workflows import ProgressCallback, RatingData, silent, simulate_to_store
+from tactogram_benchmark.task import BenchmarkTask, find_task
 
 STORES_VARIABLE = "TACTOGRAM_STORES"
 """Environment variable with stores, or folders of stores, separated as in PATH."""
@@ -103,6 +116,11 @@ def open_task(
     return OpenTask(task, store, split, folder)
 
 
+def open_named(name: str, folder: Path | str, progress: ProgressCallback | None) -> OpenTask:
+    """Return the task called ``name`` with its data, as `open_task`."""
+    return open_task(find_task(name), Path(folder), progress=progress or silent)
+
+
 def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
     """Return the store of a task, by its hash, in ``places`` or the folders in them; None if there is none."""
     for place in places:
@@ -116,30 +134,6 @@ def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
             if store.sha256 == task.data.sha256:
                 return store
     return None
-
-
-def list_tasks(
-    folder: Path | str = "runs/benchmark",
-    stores: Sequence[Path | str] = (),
-    task_folders: Sequence[Path | str] = (),
-) -> dict[str, dict[str, Any]]:
-    """Return ``title``, ``kind``, ``data``, ``simulated`` and ``state`` of each task by name.
-
-    The state is ``available``, ``simulated on demand``, or ``missing``, with the name of its importer.
-    """
-    places = (Path(folder) / "stores", *further_folders(STORES_VARIABLE, stores))
-    found = {}
-    for name, task in available_tasks(task_folders).items():
-        there = find_store(task, places) is not None
-        missing = "simulated on demand" if task.data.simulated else f"missing: import {task.data.importer}"
-        found[name] = {
-            "title": task.title,
-            "kind": task.kind,
-            "data": task.data.what,
-            "simulated": task.data.simulated,
-            "state": "available" if there else missing,
-        }
-    return found
 
 
 def _simulated(task: BenchmarkTask, folder: Path, progress: ProgressCallback) -> Store:
@@ -156,3 +150,37 @@ def _simulated(task: BenchmarkTask, folder: Path, progress: ProgressCallback) ->
             f"{store.sha256[:12]}…: the simulator or its numerical libraries are of another version"
         )
     return store
+
+
+def ratings_of(opened: OpenTask) -> Ratings:
+    """Return the ratings of a task's store; a `ParameterError` if it has none."""
+    return RatingData(opened.store, "ratings").ratings
+
+
+def rated_surfaces(opened: OpenTask) -> tuple[Segment, ...]:
+    """Return recordings of rated surfaces beside the rated signals of a task, from which some models learn, too."""
+    split, ratings = opened.split, opened.store.ratings
+    parts = {segment.id for part in split.parts.values() for segment in part}
+    infos = opened.store.index
+    if ratings is None or any(info.material is not None for info in infos if info.id in parts):
+        return ()
+    return tuple(Segment(info.id) for info in infos if info.material in ratings.items)
+
+
+def rated_examples(opened: OpenTask, part: str) -> Sequence[Any]:
+    """Return the rated examples of a part: of `Example`, or of `ImageExample` in a store of images."""
+    return RatingData(opened.store, "ratings").examples(opened.split, part, opened.task.prepare)
+
+
+def items_of(examples: Sequence[Any]) -> list[str]:
+    """Return the names of the rated items of examples, sorted."""
+    return sorted({str(example.item) for example in examples})
+
+
+def mean_scores(opened: OpenTask, items: Sequence[str]) -> NDArray[np.float64]:
+    """Return the mean scores of items on the scale of the ratings, float64, shape (item, word)."""
+    ratings = ratings_of(opened)
+    rows: NDArray[np.float64] = np.stack(
+        [ratings.scale.from_unit(ratings.rated(item).means) for item in items]
+    )
+    return rows

@@ -17,8 +17,7 @@ from tactogram.model import Condition
 from tactogram.signal import Image, Signal
 from tactogram.training import child_rng
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import Answers, Question
-from tactogram_benchmark.task_kind import Baseline, Content, kind_of
+from tactogram_benchmark.task_kind import Answers, Baseline, Content, Question, kind_of
 
 T = TypeVar("T")
 

@@ -21,13 +21,10 @@ from tactogram.signal.io import atomic_write, check_writable, load_arrays, write
 from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram.workflows import ProgressCallback, silent
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import Question, check_answers
-from tactogram_benchmark.rated_items import rated_examples, ratings_of
-from tactogram_benchmark.result import BenchmarkResult, result_of
-from tactogram_benchmark.shown import save_shown
+from tactogram_benchmark.data import OpenTask, rated_examples, ratings_of
+from tactogram_benchmark.result import BenchmarkResult, result_of, save_shown
 from tactogram_benchmark.task import BenchmarkTask
-from tactogram_benchmark.task_kind import kind_of
+from tactogram_benchmark.task_kind import Question, check_answers, kind_of
 
 ABOUT = "about.json"
 

@@ -13,12 +13,10 @@ import jinja2
 import numpy as np
 from markupsafe import escape
 
-from tactogram.errors import ParameterError
 from tactogram.signal import Signal, audible, strongest_axis
-from tactogram.signal.io import read_signal, write_text
+from tactogram.signal.io import read_signal
 from tactogram_benchmark.ranking import RankedModel
-from tactogram_benchmark.result import brief, check_result, read_results
-from tactogram_benchmark.shown import REAL_FOLDER, RECORDED
+from tactogram_benchmark.result import REAL_FOLDER, RECORDED
 from tactogram_benchmark.table import (
     NOTES,
     OTHERS,
@@ -26,15 +24,13 @@ from tactogram_benchmark.table import (
     about_text,
     data_text,
     heading,
-    markdown,
     mean_of,
     mean_text,
     span_text,
-    tables_of,
     training_text,
     value_text,
 )
-from tactogram_benchmark.task import BenchmarkTask, available_tasks
+from tactogram_benchmark.task import BenchmarkTask
 from tactogram_benchmark.task_kind import kind_of
 
 LISTENING_PEAK = 0.7
@@ -43,46 +39,6 @@ HEARD_S = 2.0
 PICTURE = (112, 56)
 """Pixels of a spectrogram."""
 RANGE_DB = 60.0
-
-
-def write_table(
-    folders: Sequence[Path], out: Path | str | None = None, *, task_folders: Sequence[Path | str] = ()
-) -> tuple[dict[str, Any], str]:
-    """Rank the results in folders, and write the tables to ``out``, if given; as JSON, what `committed_results` reads.
-
-    Returns
-    -------
-    dict
-        By task: the ranked models, ``rank``, ``value``, ``sd``, ``low``, ``high``, ``seeds``, ``not_told_apart`` and
-        ``informed`` (better than what ignores the input).
-    str
-        The Markdown tables, or where the file was written.
-
-    Raises
-    ------
-    ParameterError
-        If ``out`` is of another format, there are no results, or one is of another version of its task.
-    """
-    suffix = Path(out).suffix if out else ".md"
-    if suffix not in (".md", ".html", ".json"):
-        raise ParameterError(f"out must end with .md, .html or .json, got {out}")
-    tasks = available_tasks(task_folders)
-    results = read_results(folders)
-    for result in results:
-        check_result(result, tasks, where=f"{result.task}/{result.model}-{result.seed}.json")
-    tables = tables_of(results, tasks)
-    if not tables:
-        raise ParameterError(
-            f"{', '.join(map(str, folders))}: no results; `tactogram benchmark run` writes some"
-        )
-    report = {table.task.name: [_facts(entry) for entry in table.ranked] for table in tables}
-    if out is None:
-        return report, markdown(tables)
-    if suffix == ".json":
-        write_text(Path(out), brief(results))
-    else:
-        write_text(Path(out), markdown(tables) if suffix == ".md" else html(tables, folders))
-    return report, f"{len(tables)} tasks: {out}"
 
 
 def html(tables: Sequence[TaskTable], folders: Sequence[Path]) -> str:
@@ -101,12 +57,6 @@ def _marked(text: str) -> str:
     """Return Markdown of strong words and code as HTML."""
     strong = re.sub(r"\*\*(.+?)\*\*", r"<strong>\1</strong>", str(escape(text)), flags=re.DOTALL)
     return re.sub("`(.+?)`", r"<code>\1</code>", strong)
-
-
-def _facts(entry: RankedModel) -> dict[str, Any]:
-    kept = ("model", "entry", "value", "sd", "low", "high", "not_told_apart", "informed")
-    counted = {"rank": [entry.best_rank, entry.worst_rank], "seeds": len(entry.results)}
-    return counted | {name: getattr(entry, name) for name in kept}
 
 
 def _task(table: TaskTable, folders: Sequence[Path]) -> dict[str, Any]:

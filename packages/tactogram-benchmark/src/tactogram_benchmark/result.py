@@ -1,8 +1,9 @@
-"""Result of one model on one task with one seed: a JSON file, written by the code that measured it."""
+"""Result of one model on one task with one seed: a JSON file, and the answers that are kept beside it."""
 
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
@@ -14,7 +15,8 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.io import write_text
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import atomic_write, write_signal, write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram_benchmark.data import OpenTask
@@ -237,3 +239,28 @@ def code_revision() -> str:
     except (OSError, subprocess.CalledProcessError):
         return found
     return f"{found}+{revision.stdout.decode().strip()}{'.changed' if changed.stdout.strip() else ''}"
+
+
+RECORDED = "recorded"
+REAL_FOLDER = "recorded-data"
+"""Of samples made from recorded data, whose licences differ: kept apart, so that results can be shared without."""
+
+
+def save_shown(
+    out: Path, task: str, model: str, shown: Mapping[str, Signal | Image], *, simulated: bool
+) -> None:
+    """Write answers to ``OUT/TASK/shown/MODEL/ITEM.flac`` or ``.png``, and what was recorded to ``…/recorded``.
+
+    Those of recorded data go to ``OUT/recorded-data/TASK``.
+    """
+    folder = (out if simulated else out / REAL_FOLDER) / task / "shown"
+    for name, content in shown.items():
+        item = name.removesuffix(f" {RECORDED}")
+        place = folder / (model if item == name else RECORDED) / re.sub(r"[^\w.=+-]+", "_", item)
+        if isinstance(content, Image):
+            from PIL import Image as Picture
+
+            with atomic_write(place.with_name(place.name + ".png")) as part:
+                Picture.fromarray(content.pixels).save(part)
+        else:
+            write_signal(place.with_name(place.name + ".flac"), content)

@@ -1,4 +1,4 @@
-"""Kind of a task: its questions, and how answers are judged."""
+"""Kind of a task: its questions, answers as arrays by question, and how these are judged."""
 
 from __future__ import annotations
 
@@ -14,14 +14,74 @@ from numpy.typing import NDArray
 from pydantic import ConfigDict, model_validator
 from pydantic.dataclasses import dataclass as checked_dataclass
 
+from tactogram.errors import ParameterError
+from tactogram.evaluation import mean_interval
 from tactogram.model import Condition
 from tactogram.models import ModelInfo
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Image, Signal
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import BenchmarkTask
+
+ROUNDING = 1e-3
+"""Of the sum of probabilities."""
+
+Answers = Mapping[str, NDArray[Any]]
+"""An array per question: see `AnswerForm`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """Conditions that a model is given, and for a signal its length."""
+
+    id: str
+    given: Condition
+    seconds: float | None = None
+    """Length of the signal that is asked, s, or mm over displacement; None if no signal is."""
+
+
+@dataclass(frozen=True)
+class AnswerForm:
+    """Array that is asked for each question."""
+
+    what: Literal["probabilities", "strangeness", "embedding", "signal", "image", "scores"]
+    text: str
+    """The array's shape and unit, in words."""
+    names: tuple[str, ...] = ()
+    """Of the array's elements: materials, or words."""
+
+
+def check_answers(form: AnswerForm, questions: Sequence[Question], answers: Answers, *, where: str) -> None:
+    """Refuse answers that are incomplete, not finite, or of another shape than asked.
+
+    Raises
+    ------
+    ParameterError
+        Naming the first question at fault.
+    """
+    for question in questions:
+        if question.id not in answers:
+            raise ParameterError(
+                f"{where}: expected an answer to each of {len(questions)} questions, got none to {question.id!r}"
+            )
+        answer = np.asarray(answers[question.id])
+        if answer.dtype.kind not in "biuf" or not np.isfinite(answer).all():
+            raise ParameterError(f"{where}: answer to {question.id!r} must be finite numbers")
+        dimensions = {"signal": 2, "image": 3}.get(form.what, 1)
+        expected = len(form.names) if form.what in ("probabilities", "scores") else None
+        if form.what == "strangeness":
+            expected = 2
+        if answer.ndim != dimensions or (expected is not None and len(answer) != expected):
+            raise ParameterError(
+                f"{where}: answer to {question.id!r} must be {form.text}, got shape {answer.shape}"
+            )
+        if form.what == "probabilities" and (answer.min() < 0 or abs(answer.sum() - 1) > ROUNDING):
+            raise ParameterError(
+                f"{where}: answer to {question.id!r} must be {form.text}, got the sum {answer.sum():g} and the least "
+                f"{answer.min():g}"
+            )
+
 
 TASK_KINDS = PluginGroup(
     "kind of a task", "tactogram_benchmark.kinds", "tactogram.task_kinds", "TACTOGRAM_TASK_KINDS"
@@ -62,6 +122,22 @@ class Figure:
         return self
 
 
+def mean_figure(
+    by_item: Mapping[str, float],
+    better: Literal["lower", "higher"],
+    title: str,
+    unit: str = "",
+    *,
+    floor: float | None = None,
+    ceiling: float | None = None,
+    most: float = math.inf,
+) -> Figure:
+    """Return the mean of values by item, at least 0 and at most ``most``, and its 95 % interval over the items."""
+    values = np.array(list(by_item.values()))
+    low, high = mean_interval(values, least=0.0, most=most) or (None, None)
+    return Figure(float(values.mean()), better, title, unit, floor, ceiling, low, high, by_item)
+
+
 @dataclass(frozen=True)
 class Judgement:
     """Result of `TaskKind.judge`: figures by name, the main one first, and what was left out."""
@@ -100,6 +176,8 @@ class TaskKind(ABC):
     """What a model is given, in words; `given_in` for a task whose options say."""
     asked: str
     """What is asked, in words."""
+    answered_by: str = "classification"
+    """Task of the models that answer."""
     baselines: Mapping[str, Baseline] = MappingProxyType({})
     """By name, ranked like models; those that are models are not among them."""
     validation_judges: bool = False
@@ -117,9 +195,9 @@ class TaskKind(ABC):
     def check(self, opened: OpenTask) -> None:
         """Refuse a task whose split or options are not of this kind; a `ParameterError` says why."""
 
-    @abstractmethod
     def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether a model can be trained for a task and answer it."""
+        return facts.task == self.answered_by
 
     def uses_shipped(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model answers with the weights that it comes with, untrained for the task."""
@@ -129,9 +207,9 @@ class TaskKind(ABC):
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return what is asked."""
 
-    @abstractmethod
     def questions(self, opened: OpenTask) -> list[Question]:
-        """Return the questions, in a fixed order."""
+        """Return the questions, in a fixed order: by default the test recordings."""
+        return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
 
     @abstractmethod
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:

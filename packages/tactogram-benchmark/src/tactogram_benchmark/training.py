@@ -23,8 +23,7 @@ from tactogram.workflows import (
     silent,
     train_plan,
 )
-from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.rated_items import rated_surfaces
+from tactogram_benchmark.data import OpenTask, rated_surfaces
 from tactogram_benchmark.task import TaskRecipe
 from tactogram_benchmark.task_kind import kind_of
 

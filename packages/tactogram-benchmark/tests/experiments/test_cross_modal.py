@@ -19,7 +19,6 @@ from tactogram_benchmark.experiments import (
     artifacts,
     cross_modal,
     image_cells,
-    image_comparison,
     tactile_image_cgan_figure4 as figure4,
 )
 
@@ -108,7 +107,7 @@ class MadeUpWorkflows:
 
 @pytest.fixture(autouse=True)
 def made_up(stand_in):
-    return stand_in(MadeUpWorkflows(), figure4, cross_modal, image_cells, image_comparison, artifacts)
+    return stand_in(MadeUpWorkflows(), figure4, cross_modal, image_cells, artifacts)
 
 
 @pytest.fixture
@@ -120,8 +119,8 @@ def quality(monkeypatch):
         def __call__(self, made):
             return {"efficientnet_lite0_frechet_distance": float((made.mean() - self.real.mean()).abs())}
 
-    monkeypatch.setattr(image_comparison, "ImageQuality", Quality)
-    monkeypatch.setattr(image_comparison, "of_real_images", lambda images, rater: None)
+    monkeypatch.setattr(image_cells, "ImageQuality", Quality)
+    monkeypatch.setattr(image_cells, "of_real_images", lambda images, rater: None)
 
 
 def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, made_up):

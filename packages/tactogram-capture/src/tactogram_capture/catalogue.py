@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 from urllib.parse import parse_qsl
 
+from annotated_types import Ge
 from pydantic import BaseModel
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
+from tactogram.parameters import checked
 from tactogram.plugins import PluginGroup
 from tactogram.validation import validated
 from tactogram_capture.source import Source, SourceKind
@@ -65,10 +67,14 @@ def parse_address(address: str) -> tuple[SourceKind, str, BaseModel]:
     return kind, place, validated(kind.options, values, where=address)
 
 
-def find_sources(*, find_s: float = 0.5) -> list[dict[str, Any]]:
-    """Return the available sources, and those whose devices or drivers are missing.
+@checked
+def find_sources(*, find_s: Annotated[float, Ge(0)] = 0.5) -> list[dict[str, Any]]:
+    """List the sources that can be recorded from, and what each lacks.
 
-    ``find_s``: time to search for streams on the network, s.
+    Parameters
+    ----------
+    find_s : float
+        Time to search for streams on the network, s.
 
     Returns
     -------

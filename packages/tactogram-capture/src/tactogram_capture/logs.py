@@ -27,8 +27,7 @@ from tactogram_capture.stream.rate_estimate import RateEstimate, estimate_rate
 from tactogram_capture.stream.raw_log import log_facts, log_pieces
 from tactogram_capture.twelite.messages import AXES
 from tactogram_capture.twelite.parser import TweliteParser
-from tactogram_capture.twelite.sequence import TimelineSegment
-from tactogram_capture.twelite.source import SensorTimelines, parser_facts
+from tactogram_capture.twelite.source import SensorTimelines, TimelineSegment, parser_facts
 
 LogKind = Literal["twelite", "serial"]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
+from tactogram_capture.cli.live_view import line, panel
 from tactogram_capture.live.recognition import Classification, Latencies, classify_windows, window_signal
-from tactogram_capture.live.terminal_view import line, panel
 from tactogram_capture.session.feed import Feed
 
 

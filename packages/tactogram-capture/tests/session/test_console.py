@@ -7,9 +7,8 @@ import threading
 import pytest
 from rich.console import Console as RichConsole
 
-from tactogram_capture.session.console import CaptureStatus, LineConsole
+from tactogram_capture.session.console import CaptureStatus, LineConsole, TerminalConsole, panel
 from tactogram_capture.session.feed import MeterReading
-from tactogram_capture.session.terminal import TerminalConsole, panel
 
 KEYS = {"a": "accept", "r": "redo", "q": "stop"}
 

@@ -34,14 +34,14 @@ def store(tmp_path_factory):
 def test_a_hand_strokes_the_given_material_at_the_given_speed(store):
     hand = StrokeReplay(open_store(store), rate=330.0)
     hand.touch("two", speed_mm_s=200.0)
-    felt = hand.next_signal(700).samples
+    felt = hand.next_samples(700)
     np.testing.assert_allclose(felt[0], 2.0)
     assert felt[1].min() >= 200
     # It goes on where it was, and begins again at the end.
     steps = np.diff(felt[1])
     assert np.count_nonzero(steps < 0) in (1, 2)
     hand.rest()
-    assert abs(hand.next_signal(100).samples.mean(axis=1) - [0, 0, STANDARD_GRAVITY]).max() < 0.02
+    assert abs(hand.next_samples(100).mean(axis=1) - [0, 0, STANDARD_GRAVITY]).max() < 0.02
 
 
 def test_a_missing_material_is_refused(store):

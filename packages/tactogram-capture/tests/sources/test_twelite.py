@@ -1,4 +1,6 @@
-"""A live receiver: on a pty, faster than any real one, unplugged, and among other sensors."""
+"""A live receiver: simulated, on a pty, faster than any real one, unplugged, and among other sensors."""
+
+import os
 
 import numpy as np
 import pytest
@@ -42,7 +44,7 @@ def test_simulated_sensor_at_330_hz_arrives_with_its_losses_in_place():
     assert facts["rate"]["hz"] == pytest.approx(330, rel=0.02)
 
 
-@pytest.mark.parametrize("form", ["hex", "binary"])
+@pytest.mark.parametrize("form", ["hex", "standard"])
 def test_two_hundred_times_faster_than_a_real_one_nothing_is_lost_on_the_way(form):
     receiver = SimulatedReceiver(rate=66000, seconds=0.5, form=form, jitter_s=0.0)
     source = TweliteSource(SimulatedPort(receiver, paced=False), name="simulated:twelite", simulated=True)
@@ -91,11 +93,35 @@ def test_a_recording_in_a_file_is_measured_and_one_of_another_kind_refused(tmp_p
         open_source(f"simulated:twelite?file={tmp_path / 'force.csv'}")
 
 
-def test_a_pulled_plug_is_reported_in_one_line():
-    port = SimulatedPort(SimulatedReceiver())
-    with TweliteSource(port, name="simulated:twelite") as source:
-        assert source.read(1.0) is not None
-        port.unplug()
+@pytest.fixture(name="pty")
+def pty_fixture():
+    """Give a function that prints at a pseudo-terminal, its path, and one that unplugs it."""
+    tty = pytest.importorskip("tty")
+    ends = os.openpty()
+    tty.setraw(ends[1])
+    handles = [*ends]
+
+    def unplug():
+        while handles:
+            os.close(handles.pop())
+
+    yield lambda data: os.write(ends[0], data), os.ttyname(ends[1]), unplug
+    unplug()
+
+
+def test_a_receiver_on_a_serial_port_is_read_and_a_pulled_plug_reported_in_one_line(pty):
+    write, path, unplug = pty
+    sent = list(transmissions(SimulatedReceiver(seconds=0.3)))
+    with open_source(f"twelite:{path}?rate=330") as source:
+        write(b"".join(one.data for one in sent))
+        blocks = []
+        while sum(map(len, blocks)) < 90:
+            blocks += [block] if (block := source.read(1.0)) is not None else []
+        assert (
+            np.concatenate([b.samples for b in blocks], axis=1)
+            == np.concatenate([one.samples for one in sent], axis=1)
+        ).all()
+        unplug()
         with pytest.raises(SourceLost, match="disappeared while it was read") as caught:
             source.read(0.05)
     assert "\n" not in str(caught.value)
@@ -175,10 +201,12 @@ def test_a_missing_port_is_reported_in_one_line():
     assert "\n" not in str(caught.value)
 
 
-def test_a_port_that_another_program_reads_is_refused():
-    with SimulatedPort(SimulatedReceiver()) as port:
-        with pytest.raises(DeviceError, match="exclusively lock"), SerialPort(port.path):
+def test_a_port_that_another_program_reads_is_refused(pty):
+    write, path, _ = pty
+    with SerialPort(path) as port:
+        with pytest.raises(DeviceError, match="exclusively lock"), SerialPort(path):
             pass
+        write(b"1")
         assert port.read(1.0) is not None
 
 

@@ -43,7 +43,7 @@ def test_escaping_keeps_every_byte_on_one_line(data):
     assert unescaped(text) == data
 
 
-@pytest.mark.parametrize("form", ["hex", "binary", "semicolon"])
+@pytest.mark.parametrize("form", ["hex", "standard", "semicolon"])
 def test_a_log_read_offline_gives_the_samples_seen_live(tmp_path, form):
     path = tmp_path / "take.log"
     address = f"simulated:twelite?seconds=0.6&loss=0.1&corrupt=0.0005&seed=5&form={form}&log={path}"

@@ -20,7 +20,7 @@ from tactogram_capture.twelite.parser import LONGEST_LINE, TweliteParser
 from tactogram_capture.twelite.simulator import SimulatedReceiver, transmissions
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "twelite_lines.txt"
-FORMS = ("hex", "binary", "standard", "semicolon", "comma")
+FORMS = ("hex", "standard", "semicolon")
 MODES = ("fifo", "single", "low_energy")
 
 
@@ -74,23 +74,6 @@ def test_published_block_of_ten_samples_is_read_in_mg():
     assert mg[:, 9] == pytest.approx([136, 72, -968], abs=1e-3)
     assert packet.samples.shape == (3, 10)
     assert np.linalg.norm(mg, axis=0) == pytest.approx(1000, rel=0.2)
-    assert not parser.rejected
-
-
-def test_the_comma_form_equals_the_semicolon_form():
-    _, lines = published()
-    first, *rest = lines
-    cells = first.split(";")
-    # Tabs stand before relay, sender, mode and the tap flags.
-    for place in (2, 5, 7, 8):
-        cells[place] = "\t" + cells[place]
-    text = "\r\n".join([",".join(cells), *(line.replace(";", ",") for line in rest), ""])
-    [packet], parser = parsed(text.encode())
-    [expected], _ = parsed("\r\n".join([*lines, ""]).encode())
-
-    assert packet.form == "comma"
-    assert (packet.samples == expected.samples).all()
-    assert (packet.sender, packet.sequence) == (expected.sender, expected.sequence)
     assert not parser.rejected
 
 
@@ -217,21 +200,12 @@ def test_a_line_without_an_end_is_rejected_once_and_the_next_one_read():
     assert parser.bytes_rejected == 3 * LONGEST_LINE + 2
 
 
-def test_a_binary_frame_that_contains_its_own_mark_is_read():
-    receiver = SimulatedReceiver(form="binary", sender="8A55AA5A", seconds=0.1)
-    sent = list(transmissions(receiver))
-    packets, parser = parsed(b"".join(s.data for s in sent))
-
-    assert len(packets) == len(sent)
-    assert not parser.rejected
-
-
 def test_receivers_greeting_and_clock_are_no_samples_and_no_errors():
-    packets, parser = parsed(b"\r\n*** ToCoSamp IO Monitor 1-08-2 ***\r\n::ts=12\r\n;12;\r\n,13,\r\n")
+    packets, parser = parsed(b"\r\n*** ToCoSamp IO Monitor 1-08-2 ***\r\n::ts=12\r\n;12;\r\n")
 
     assert packets == []
     assert not parser.rejected
-    assert sum(parser.other.values()) == 4
+    assert sum(parser.other.values()) == 3
 
 
 def test_clock_between_the_lines_of_ten_samples_does_not_break_them():
@@ -252,7 +226,7 @@ def test_battery_voltage_follows_the_documented_steps():
     "payload", [b"\x80", bytes([0x80] * 12), bytes.fromhex("8000000063001781013C850035")]
 )
 def test_short_payload_is_refused(payload):
-    assert decode_payload(payload, "hex", math.nan).why == "length"
+    assert decode_payload(payload, math.nan).why == "length"
 
 
 @settings(max_examples=50)
@@ -296,9 +270,9 @@ _PIECES = st.one_of(
 
 
 @settings(max_examples=50)
-@given(st.sampled_from(("hex", "binary")), st.lists(_PIECES, max_size=8), st.randoms(use_true_random=False))
-def test_a_form_with_a_checksum_between_random_bytes_gives_only_sent_packets(form, rubbish, random):
-    sent = {s.sequence: s for s in simulated(form, seconds=0.2)}
+@given(st.lists(_PIECES, max_size=8), st.randoms(use_true_random=False))
+def test_the_form_with_a_checksum_between_random_bytes_gives_only_sent_packets(rubbish, random):
+    sent = {s.sequence: s for s in simulated("hex", seconds=0.2)}
     parts = [s.data for s in sent.values()]
     for piece in rubbish:
         parts.insert(random.randrange(len(parts) + 1), piece)
@@ -331,5 +305,5 @@ def test_truncated_and_interleaved_frames_are_counted_and_give_no_false_packet(f
         came = np.isfinite(packet.samples).all(axis=0)
         assert (packet.samples[:, came] == expected[:, came]).all()
     assert len(packets) <= len(known)
-    if any(len(chunk) and not chunk.endswith(b"\n") and form != "binary" for chunk in chunks):
+    if any(len(chunk) and not chunk.endswith(b"\n") for chunk in chunks):
         assert parser.rejected

@@ -11,8 +11,6 @@ VERBS = {
         "benchmark check": "Check the file of a result.",
         "benchmark questions": "Write the training data and questions of a task as files for any framework.",
         "benchmark score": "Score answers from files.",
-    },
-    "reproducing": {
         "reproduce": "Run the experiment behind a published table or figure.",
         "table": "Show every model's published results and ours, and the figures of evaluated runs.",
     },

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from statistics import mean, stdev
 from typing import Any
 
 from tactogram.datasets import Store, open_store
-from tactogram.errors import DataError, TactogramError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io import write_text
 from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, simulate_to_store, train
 
@@ -97,6 +98,31 @@ def cached_result(
     return found
 
 
+def listed(text: str, known: Iterable[str], what: str) -> list[str]:
+    """Return names separated by commas, each one of ``known``; ``what`` they are is for the error."""
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if unknown := [name for name in names if name not in {*known}]:
+        raise ParameterError(f"{what} must be some of {', '.join(known)}, got {unknown[0]!r}")
+    return names
+
+
+def spread(values: Iterable[float | None]) -> dict[str, Any]:
+    """Return the values, and mean, standard deviation and number of those that are not None."""
+    every = list(values)
+    known = [value for value in every if value is not None]
+    return {
+        "mean": mean(known) if known else None,
+        "sd": stdev(known) if len(known) > 1 else None,
+        "known": len(known),
+        "values": every,
+    }
+
+
+def origin_of(store: Store) -> dict[str, Any]:
+    """Return name, hash and origin of a store, as a result with several names each."""
+    return {"name": store.name, "sha256": store.sha256, "simulated": store.simulated}
+
+
 def facts_of(store: Store) -> dict[str, Any]:
     """Return the facts of an experiment's only store in its result."""
     return {"simulated": store.simulated, "data": store.name, "data_sha256": store.sha256}
@@ -105,3 +131,35 @@ def facts_of(store: Store) -> dict[str, Any]:
 def kind_of(store: Store) -> str:
     """Return the name of the store's signals in a table."""
     return "simulated strokes" if store.simulated else f"recorded strokes ({store.name})"
+
+
+IN_RECORDINGS = {
+    "artificial-grass": "ArtGrass01",
+    "carpet": "Carpet01",
+    "tile": "GreenTile",
+    "cloth": "ArtLeather",
+    "cork-sheet": "CorkSheet",
+    "punched-plastic-sheet": "EnbiPunch",
+    "luncheon-mat-01": "Luncheon01",
+    "luncheon-mat-02": "Luncheon02",
+    "luncheon-mat-03": "Luncheon03",
+}
+"""Names in the laboratory's recordings (`tactogram.datasets.importers.saga_strokes`) by those of the simulated set. The
+recordings have no cloth; artificial leather, which the paper does not name, is assumed to be it."""
+
+
+def materials_of(store: Store) -> dict[str, str]:
+    """Return the store's material of each of the nine textures.
+
+    Raises `DataError` if one is missing.
+    """
+    known = {info.material for info in store.index}
+    found = {
+        name: next((m for m in (name, other) if m in known), "") for name, other in IN_RECORDINGS.items()
+    }
+    if missing := [name for name, material in found.items() if not material]:
+        raise DataError(
+            f"{store.path}: must have the nine textures of Saga et al., found none called "
+            + ", ".join(f"{name} or {IN_RECORDINGS[name]}" for name in missing)
+        )
+    return found

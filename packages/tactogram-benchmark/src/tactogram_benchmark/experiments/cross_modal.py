@@ -15,8 +15,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from tactogram.cli.printing import columns
 from tactogram.datasets import Ratings, draw_people, read_table, score_together, score_vibrations
 from tactogram.errors import ParameterError
 from tactogram.evaluation import (
@@ -31,7 +30,7 @@ from tactogram.evaluation import (
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal, write_text
 from tactogram.workflows import ProgressCallback, generate_rated_surfaces, load_run
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, trained_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, origin_of, trained_run
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 
 PEOPLE = 20
@@ -125,14 +124,8 @@ def run(
         "simulated": seen.simulated or felt.simulated or not ratings,
         "recipe": recipe,
         "seed": seed,
-        "images": {"name": seen.name, "sha256": seen.sha256, "simulated": seen.simulated},
-        "plates": {
-            "name": felt.name,
-            "sha256": felt.sha256,
-            "simulated": felt.simulated,
-            "judged": met,
-            "failed": dict(made.failed),
-        },
+        "images": origin_of(seen),
+        "plates": origin_of(felt) | {"judged": met, "failed": dict(made.failed)},
         "people_in_both_groups": sorted(_people(tables[0], earlier) & _people(tables[1], later)),
         **found.as_dict(),
         "improved_words": {name: found.improved(name, WITHOUT_MODELS) for name in of_three[1:]},
@@ -182,20 +175,18 @@ def _write_items(
 
 
 def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
+    table = [("", "MAE", "SE", "n", "published", "p as printed", "p by person")]
+    for name, one in found.overall.items():
+        published = f"{PUBLISHED[name]:.1f}" if name in PUBLISHED else "–"
+        printed = "" if name == WITHOUT_IMAGES else f"{found.as_printed.pair(name, WITHOUT_IMAGES).p:.2g}"
+        person = found.against_earlier.get(name, {}).get(WITHOUT_IMAGES)
+        by_person = "" if person is None else f"{person:.2g}"
+        table.append((name, f"{one.mean:.3f}", f"{one.se:.3f}", str(one.n), published, printed, by_person))
     lines = [
         f"Figs. 5 and 6, rated by {result['told_by']}, recipe {result['recipe']}, "
         f"{len(result['plates']['judged'])} plates; mean absolute error, points of 7",
-        f"{'':16}{'MAE':>7}{'SE':>7}{'n':>7}{'published':>11}{'p as printed':>14}{'p by person':>13}",
+        columns(table),
     ]
-    for name, one in found.overall.items():
-        printed = "" if name == WITHOUT_IMAGES else f"{found.as_printed.pair(name, WITHOUT_IMAGES).p:.2g}"
-        person = found.against_earlier.get(name, {}).get(WITHOUT_IMAGES)
-        lines.append(
-            f"{name:16}{one.mean:>7.3f}{one.se:>7.3f}{one.n:>7}"
-            f"{PUBLISHED.get(name, np.nan):>11.1f}{printed:>14}{'' if person is None else f'{person:.2g}':>13}".replace(
-                "nan", "  –"
-            )
-        )
     better = [
         name
         for name in found.against_earlier

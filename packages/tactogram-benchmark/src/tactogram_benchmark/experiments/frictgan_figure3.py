@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from torch import Tensor
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import Store, part_examples
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation import COLOURS, geometry_score, save_figure
@@ -30,10 +31,12 @@ from tactogram_benchmark.experiments.artifacts import (
     cached_result,
     facts_of,
     find_or_simulate,
+    listed,
+    spread,
     train_all,
     trained_run,
 )
-from tactogram_benchmark.experiments.picture_cells import spread, text_of
+from tactogram_benchmark.experiments.picture_cells import text_of
 
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)
 """Sec. 4: mean squared error of the fabrics of Figure 3, from top to bottom; "averagely 0.035" is their sum."""
@@ -112,7 +115,7 @@ def run(
                 "split": "all",
             },
         )
-        for method in (PROPOSED, *_listed(ablations, tuple(ABLATIONS), "ablations"))
+        for method in (PROPOSED, *listed(ablations, tuple(ABLATIONS), "ablations"))
         for seed in range(trainings)
     }
     train_all(list(runs.values()), on=on, processes=processes, progress=progress)
@@ -155,16 +158,9 @@ def run(
 def fabrics_of(store: Store, text: str) -> list[str]:
     """Return the materials named, separated by commas; by default the store's first five."""
     known = sorted({str(info.material) for info in store.index if info.material})
-    names = _listed(text, known, "fabrics") or known[:FABRICS]
+    names = listed(text, known, "fabrics") or known[:FABRICS]
     if len(names) < 2:
         raise ParameterError(f"fabrics must be at least two of {', '.join(known)}, got {text!r}")
-    return names
-
-
-def _listed(text: str, known: Sequence[str], what: str) -> list[str]:
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    if not set(names) <= set(known):
-        raise ParameterError(f"{what} must be among {', '.join(known)}, got {text!r}")
     return names
 
 
@@ -308,14 +304,18 @@ def _text(result: Mapping[str, Any]) -> str:
         f"published MSE: {stated}, mean {result['published_mse_mean']:.3f}, for five fabrics of HapTex that are not "
         "named, in overlapping windows",
         NOTES.format(**result["reference"]),
-        f"{'fabric':16}{'MSE':>20}{'distance, dB':>20}",
     ]
-    for name, row in result["fabrics"].items():
-        lines.append(f"{name:16}{text_of(row['mse']):>20}{text_of(row['distance_db'], digits=2):>20}")
+    fabrics = [
+        (name, text_of(row["mse"]), text_of(row["distance_db"], digits=2))
+        for name, row in result["fabrics"].items()
+    ]
+    lines.append(columns([("fabric", "MSE", "distance, dB"), *fabrics]))
     names = [name for name in MEASURES if name in result["methods"][PROPOSED]]
-    lines.append(f"{'':16}" + "".join(f"{MEASURES[name]:>20}" for name in names))
-    for method, row in result["methods"].items():
-        lines.append(f"{method:16}" + "".join(f"{text_of(row[name], digits=3):>20}" for name in names))
+    methods = [
+        (method, *(text_of(row[name], digits=3) for name in names))
+        for method, row in result["methods"].items()
+    ]
+    lines.append(columns([("", *(MEASURES[name] for name in names)), *methods]))
     lines.append(
         "Mixes: place between the recorded spectra, 0 and 1, at shares " + ", ".join(f"{s:g}" for s in SHARES)
     )

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import mean, stdev
 from typing import Any, cast, get_args
 
 from scipy.stats import ttest_rel
@@ -18,7 +17,7 @@ from tactogram.features import Protocol
 from tactogram.nn import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
 from tactogram.recipe import Preparation
 from tactogram.workflows import ProgressCallback, evaluate_pictures, train
-from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate
+from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, spread
 
 MEASURES = (
     "lpips",
@@ -231,15 +230,6 @@ def compared(cells: Mapping[str, Sequence[Mapping[str, Any]]], chosen: str) -> d
             },
         }
         for name, row in values.items()
-    }
-
-
-def spread(values: Sequence[float]) -> dict[str, Any]:
-    """Return mean, standard deviation (None for one value) and the values."""
-    return {
-        "mean": mean(values),
-        "sd": stdev(values) if len(values) > 1 else None,
-        "values": list(values),
     }
 
 

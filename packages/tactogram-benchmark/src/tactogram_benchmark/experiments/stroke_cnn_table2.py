@@ -12,6 +12,7 @@ from pathlib import Path
 from statistics import mean, stdev
 from typing import Any
 
+from tactogram.cli.printing import columns
 from tactogram.workflows import ProgressCallback, crossval
 from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, kind_of
 
@@ -83,10 +84,12 @@ def run(
 
 
 def _text(rows: dict[str, dict[str, Any]], kind: str) -> str:
-    lines = [f"Window accuracy, %. Ours: {kind}; published: 30 classes of the paper's own. Not comparable."]
-    lines.append(f"{'speed, mm/s':12}{'published':>18}{'ours':>18}{'folds':>7}")
+    table = [("speed, mm/s", "published", "ours", "folds")]
     for speed, row in rows.items():
         spread = f" ± {row['sd_over_folds']:.1f}" if row["sd_over_folds"] is not None else ""
-        ours = f"{row['ours']:.1f}{spread}"
-        lines.append(f"{speed:12}{row['published']:>18.1f}{ours:>18}{row['folds']:>7}")
+        table.append((speed, f"{row['published']:.1f}", f"{row['ours']:.1f}{spread}", str(row["folds"])))
+    lines = [
+        f"Window accuracy, %. Ours: {kind}; published: 30 classes of the paper's own. Not comparable.",
+        columns(table),
+    ]
     return "\n".join(lines)

@@ -14,6 +14,7 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
+from tactogram.cli.printing import columns
 from tactogram.errors import ParameterError
 from tactogram.evaluation import log_spectral_distance, save_figure, spectrograms_figure
 from tactogram.signal import Image, Signal
@@ -24,10 +25,10 @@ from tactogram_benchmark.experiments.artifacts import (
     facts_of,
     find_or_simulate,
     kind_of,
+    materials_of,
     train_all,
     trained_run,
 )
-from tactogram_benchmark.experiments.nine_textures import materials_of
 
 FIGURES = {
     "figure-7": ("artificial-grass", "carpet", "tile"),
@@ -139,19 +140,19 @@ def _draw(
 
 def _text(result: Mapping[str, Any], kind: str) -> str:
     found, floor, ceiling = result["trainings"], result["floor_db"], result["ceiling_db"]
+    table = [("texture", "floor", "ceiling", *found)]
+    for texture in floor:
+        values = (floor[texture], ceiling[texture], *(row["distances_db"][texture] for row in found.values()))
+        table.append((texture, *(f"{value:.2f}" for value in values)))
+    every = (floor, ceiling, *(row["distances_db"] for row in found.values()))
+    table.append(("mean", *(f"{mean(row.values()):.2f}" for row in every)))
+    own = (sum(one == other for one, other in row["nearest"].items()) for row in found.values())
+    table.append(("own, of 9", "", "", *map(str, own)))
     lines = [
         f"Generated to held-out {kind}, log-spectral distance, dB. Floor: one half of these to the other;",
         "ceiling: other textures. Own: textures that are nearest to their own strokes, by chance 1 of 9.",
-        f"{'texture':24}{'floor':>8}{'ceiling':>9}" + "".join(f"{name:>{len(name) + 2}}" for name in found),
+        columns(table),
     ]
-    columns = {name: row["distances_db"] for name, row in found.items()}
-    for texture in floor:
-        cells = "".join(f"{row[texture]:>{len(name) + 2}.2f}" for name, row in columns.items())
-        lines.append(f"{texture:24}{floor[texture]:>8.2f}{ceiling[texture]:>9.2f}{cells}")
-    cells = "".join(f"{mean(row.values()):>{len(name) + 2}.2f}" for name, row in columns.items())
-    lines.append(f"{'mean':24}{mean(floor.values()):>8.2f}{mean(ceiling.values()):>9.2f}{cells}")
-    own = {name: sum(one == other for one, other in row["nearest"].items()) for name, row in found.items()}
-    lines.append(f"{'own, of 9':41}" + "".join(f"{count:>{len(name) + 2}}" for name, count in own.items()))
     lines += [f"{name}: {note}" for name, row in found.items() for note in row["notes"]]
     return "\n".join(lines)
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from statistics import mean, stdev
 from typing import Any
 
 from tactogram.evaluation import IndistinctEndsError
@@ -23,10 +22,11 @@ from tactogram_benchmark.experiments.artifacts import (
     facts_of,
     find_or_simulate,
     kind_of,
+    materials_of,
+    spread,
     train_all,
     trained_run,
 )
-from tactogram_benchmark.experiments.nine_textures import materials_of
 
 END = "tile"
 ADDED_TO = "luncheon-mat-03"
@@ -169,36 +169,24 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return counts | {
         "weights": parts[0]["weights"],
         "position": {
-            name: [spread_of(part["position"][name][k] for part in parts) for k in steps] for name in columns
+            name: [spread(part["position"][name][k] for part in parts) for k in steps] for name in columns
         },
-        "half_weight": {name: spread_of(part["half_weight"][name] for part in parts) for name in columns},
-        "half_weight_without_level": spread_of(
+        "half_weight": {name: spread(part["half_weight"][name] for part in parts) for name in columns},
+        "half_weight_without_level": spread(
             found["without_level"]["half_weight"]["overall"] if found["without_level"] else None
             for found in measured
         ),
         "monotone": {name: sum(bool(part["monotone"][name]) for part in parts) for name in columns},
-        "largest_drop": {name: spread_of(part["largest_drop"][name] for part in parts) for name in columns},
-        "largest_rise": {name: spread_of(part["largest_rise"][name] for part in parts) for name in columns},
+        "largest_drop": {name: spread(part["largest_drop"][name] for part in parts) for name in columns},
+        "largest_rise": {name: spread(part["largest_rise"][name] for part in parts) for name in columns},
         "largest_off_line": {
-            name: spread_of(_largest(part["off_line"][name]) for part in parts) for name in columns
+            name: spread(_largest(part["off_line"][name]) for part in parts) for name in columns
         },
-        "distance_db": {name: spread_of(part["distance_db"][name] for part in parts) for name in columns},
+        "distance_db": {name: spread(part["distance_db"][name] for part in parts) for name in columns},
         "first_and_last_between_recordings": [
-            spread_of(part["position"]["overall"][k] if part else None for part in against) for k in (0, -1)
+            spread(part["position"]["overall"][k] if part else None for part in against) for k in (0, -1)
         ],
         "ladders": [found["figure"] for found in measured],
-    }
-
-
-def spread_of(values: Any) -> dict[str, Any]:
-    """Return the values, and mean, sd and number of those that are not None."""
-    listed = list(values)
-    known = [value for value in listed if value is not None]
-    return {
-        "mean": mean(known) if known else None,
-        "sd": stdev(known) if len(known) > 1 else None,
-        "known": len(known),
-        "values": listed,
     }
 
 

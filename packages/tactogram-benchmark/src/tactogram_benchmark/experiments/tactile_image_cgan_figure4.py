@@ -12,8 +12,7 @@ from typing import Any
 from tactogram.errors import ParameterError
 from tactogram.workflows import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import find_or_simulate
-from tactogram_benchmark.experiments.image_cells import WEIGHTS, image_run, rater_run
-from tactogram_benchmark.experiments.image_comparison import compare_generators
+from tactogram_benchmark.experiments.image_cells import WEIGHTS, compare_generators, image_run, rater_run
 
 MOST = 8
 """Weights in a figure."""

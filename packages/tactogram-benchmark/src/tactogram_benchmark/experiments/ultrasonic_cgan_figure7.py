@@ -12,11 +12,11 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from statistics import mean, stdev
 from typing import Any
 
 import numpy as np
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import Ratings, Store, draw_people, read_table, score_vibrations, write_table
 from tactogram.errors import ParameterError
 from tactogram.evaluation import (
@@ -37,8 +37,7 @@ from tactogram.workflows import (
     generate_rated_surfaces,
     predicted_ratings,
 )
-from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, trained_run
-from tactogram_benchmark.experiments.figure7_text import RATER_MODEL, figure7_text
+from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, listed, spread, trained_run
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""
@@ -166,11 +165,9 @@ def _told(
 
 def chosen_groups(groups: str) -> list[str]:
     """Return the named groups in the paper's order."""
-    names = [name.strip() for name in groups.split(",")]
-    if unknown := [name for name in names if name not in GROUPS]:
-        raise ParameterError(
-            f"groups must be of {', '.join(GROUPS)}, separated by commas, got {unknown[0]!r}"
-        )
+    names = listed(groups, GROUPS, "groups")
+    if not names:
+        raise ParameterError(f"groups must be some of {', '.join(GROUPS)}, got none")
     return [name for name in GROUPS if name in names]
 
 
@@ -254,12 +251,7 @@ def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, An
                 said = predicted_ratings(rater, one.signals)
                 away = said.means - np.array([targets[item] for item in said.items])
                 errors.append(float(np.nanmean(np.abs(away))))
-        found[name] = {
-            "mean": mean(errors) if errors else None,
-            "sd": stdev(errors) if len(errors) > 1 else None,
-            "values": errors,
-            "plates": [len(one.signals) for one in trained],
-        }
+        found[name] = spread(errors) | {"plates": [len(one.signals) for one in trained]}
     return found
 
 
@@ -290,3 +282,64 @@ def _word_map(
         "drawn": best,
         "distance_to_target": {name: away for name, (_, away) in distances.items()},
     }
+
+
+RATER_MODEL = "a rater model"
+KNOWS_NEAREST = (
+    "The rater model was trained on the display signals, so its error is smaller for the nearest of them, or a copy, "
+    "than for a new signal."
+)
+HEADER = ("condition", "MAE", "SE", "n", "plates", "p as printed", "p by rater", "p by plate")
+
+
+def figure7_text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
+    """Return the errors of each condition (a row each, in this order) by raters, from the result of ``run``."""
+    lines = [
+        f"Figure 7 on {result['data']}, recipe {result['recipe']}"
+        + (f" at {result['iterations']} iterations" if result["iterations"] else "")
+        + "; p against the sensor's signal. Published: B, C and D below it with p < 0.01, A not, E failed."
+    ]
+    for by, told in result["told_by"].items():
+        lines.append(f"Rated by {by}:")
+        lines.append(
+            columns([HEADER, *([_cell(value) for value in row] for row in _rows(result, by, conditions))])
+        )
+        lines += [f"  {name}: {value:.3f}" for name, value in told["beside"].items()]
+        if by.startswith(RATER_MODEL):
+            lines.append(f"  {KNOWS_NEAREST}")
+    for name, row in result["spread_over_trainings"].items():
+        if row["mean"] is not None:
+            sd = "" if row["sd"] is None else f" ± {row['sd']:.3f}"
+            lines.append(
+                f"group {name} over {len(row['values'])} trainings, by the rater model: {row['mean']:.3f}{sd}"
+            )
+    for name, failed in result["failed"].items():
+        lines += [f"group {name}, {item}: {why}" for item, why in failed.items()]
+    return "\n".join(lines)
+
+
+def _rows(result: Mapping[str, Any], by: str, conditions: tuple[str, ...]) -> list[tuple[Any, ...]]:
+    """Return a row per condition: error, standard errors, n, p as printed and by rater, against the sensor."""
+    told = result["told_by"][by]
+    rows = []
+    for name in conditions:
+        found = told["conditions"].get(name)
+        if found is None:
+            rows.append((name, None, None, None, "failed", None, None, None))
+            continue
+        ps = [_p(told["tests"][test], name) for test in ("as_printed", "by_rater", "by_target")]
+        rows.append((name, found["mae"], found["se"], found["n"], found["targets"], *ps))
+    return rows
+
+
+def _p(pairs: list[dict[str, Any]] | None, name: str) -> float | None:
+    for pair in pairs or ():
+        if {pair["first"], pair["second"]} == {STRAIGHT, name}:
+            return pair["p"]  # type: ignore[no-any-return]
+    return None
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.2g}" if abs(value) < 0.01 else f"{value:.3f}"
+    return "-" if value is None else str(value)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import draw_people, score_vibrations
 from tactogram.errors import ParameterError
 from tactogram.evaluation import NEAREST, STRAIGHT, SelectionRule, choose, reproduction, smoothed
@@ -166,16 +167,15 @@ def _told(
 
 
 def _text(result: Mapping[str, Any]) -> str:
-    lines = [
-        f"Selection on {result['data']}, recipe {result['recipe']}; split: {result['split']}",
-        f"{'plates':34}{'iterations':>11}{'correct':>9}{'lowest of 100':>15}{'as printed':>24}{'ours':>24}",
-    ]
+    table = [("plates", "iterations", "correct", "lowest of 100", *RULES)]
     for one in result["clusters"]:
         plates = ",".join(name.removeprefix("plate") for name in one["plates"])
-        lines.append(
-            f"{plates:34}{one['iterations']:>11,}{one['correct_rate']:>9.3f}{one['lowest_smoothed']:>15.3f}"
-            + "".join(f"{_chosen(one[name]):>24}" for name in RULES)
-        )
+        rates = (f"{one['correct_rate']:.3f}", f"{one['lowest_smoothed']:.3f}")
+        table.append((plates, f"{one['iterations']:,}", *rates, *(_chosen(one[name]) for name in RULES)))
+    lines = [
+        f"Selection on {result['data']}, recipe {result['recipe']}; split: {result['split']}",
+        columns(table),
+    ]
     for name, group in result["groups"].items():
         met = ", ".join(f"{group[rule]} {rule}" for rule in RULES)
         lines.append(

@@ -15,16 +15,15 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from tactogram.cli.printing import columns
 from tactogram.datasets import Store
-from tactogram.errors import ParameterError
 from tactogram.evaluation import save_figure
 from tactogram.workflows import ProgressCallback
-from tactogram_benchmark.experiments.artifacts import facts_of
+from tactogram_benchmark.experiments.artifacts import facts_of, listed, spread
 from tactogram_benchmark.experiments.picture_cells import (
     compared,
     data_of,
     p_text,
-    spread,
     table_cells,
     table_settings,
     text_of,
@@ -122,11 +121,7 @@ def run(
 def _wanted(names: str) -> dict[str, tuple[int, int]]:
     """Return discriminators and layers of the named cells, of all for none."""
     known = {f"{d}x{layers}": (d, layers) for d, layers in PUBLISHED}
-    wanted = [name.strip() for name in names.split(",")] if names else list(known)
-    for name in wanted:
-        if name not in known:
-            raise ParameterError(f"cells must be some of {', '.join(known)}, got {name!r}")
-    return {name: known[name] for name in wanted}
+    return {name: known[name] for name in listed(names, known, "cells") or known}
 
 
 def _surfaces(
@@ -170,18 +165,16 @@ def _text(result: dict[str, Any]) -> str:
     rows = result["cells"]
     measures = list(next(iter(rows.values()))["test"])
     kind = "simulated strokes" if result["simulated"] else "recordings"
+    table = [("D x L", "published LPIPS", "validation", *measures)]
+    for key, row in rows.items():
+        tested = (text_of(row["test"][name]) + p_text(row["p"][name]) for name in measures)
+        published = "{:.4f} ± {:.4f}".format(*row["published_lpips"])
+        table.append((key + "*" * (key == result["chosen"]), published, text_of(row["validation"]), *tested))
     lines = [
         f"visual_tactile_gan on {result['data']} ({kind}), {result['protocol']}, {result['trainings']} trainings, "
         f"{result['pictures']} test pairs, mean ± sd [p against {result['chosen']}]; D x L",
-        f"{'D x L':8}{'published LPIPS':>18}{'validation':>20}"
-        + "".join(f"{name:>{max(len(name), 26) + 2}}" for name in measures),
+        columns(table),
     ]
-    for key, row in rows.items():
-        mark = "*" if key == result["chosen"] else ""
-        line = f"{key + mark:8}{'{:.4f} ± {:.4f}'.format(*row['published_lpips']):>18}{text_of(row['validation']):>20}"
-        for name in measures:
-            line += f"{text_of(row['test'][name]) + p_text(row['p'][name]):>{max(len(name), 26) + 2}}"
-        lines.append(line)
     lines.append(
         f"*: selected on the validation part, by {result['chosen_by']}. Published: real accelerations of LMT-108."
     )

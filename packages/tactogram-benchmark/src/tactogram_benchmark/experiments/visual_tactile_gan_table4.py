@@ -10,10 +10,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import ParameterError
+from tactogram.cli.printing import columns
 from tactogram.nn import VGG19
 from tactogram.workflows import ProgressCallback, compare_pictures
-from tactogram_benchmark.experiments.artifacts import facts_of
+from tactogram_benchmark.experiments.artifacts import facts_of, listed
 from tactogram_benchmark.experiments.picture_cells import (
     compared,
     data_of,
@@ -127,11 +127,8 @@ def run(
 def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
     """Return model and changes of the named methods, of the published ones for none; always of the proposed."""
     known = METHODS | VARIANTS
-    wanted = [name.strip() for name in names.split(",")] if names else list(METHODS)
-    wanted = [one for name in wanted for one in (VARIANTS if name == "variants" else (name,))]
-    for name in wanted:
-        if name not in known:
-            raise ParameterError(f"methods must be some of {', '.join(known)} or variants, got {name!r}")
+    named = listed(names, (*known, "variants"), "methods") or list(METHODS)
+    wanted = [one for name in named for one in (VARIANTS if name == "variants" else (name,))]
     return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
 
 
@@ -139,26 +136,18 @@ def _text(result: dict[str, Any]) -> str:
     rows = result["methods"]
     measures = list(rows[PROPOSED]["test"])
     kind = "simulated strokes" if result["simulated"] else "recordings"
+    table = [("", "published LPIPS", "published FID", *measures)]
+    for name, row in rows.items():
+        lpips, fid = row["published_lpips"], row["published_fid"]
+        published = "–" if lpips is None else f"{lpips[0]:.4f} ± {lpips[1]:.4f}"
+        published_fid = "–" if fid is None else f"{fid[0]:.2f} ± {fid[1]:.2f}"
+        tested = (text_of(row["test"][key], digits=3) + p_text(row["p"][key]) for key in measures)
+        table.append((name, published, published_fid, *tested))
     lines = [
         f"Table 4 on {result['data']}, {kind}, {result['protocol']}, {result['trainings']} trainings, "
         f"{result['pictures']} test pairs, mean ± sd [p against proposed]; published: real accelerations of LMT-108, "
         "10 trainings",
-        f"{'':20}{'published LPIPS':>18}{'published FID':>16}"
-        + "".join(f"{name:>{max(len(name), 24) + 2}}" for name in measures),
+        columns(table),
     ]
-    for name, row in rows.items():
-        published = (
-            ("–", "–")
-            if row["published_lpips"] is None
-            else (
-                "{:.4f} ± {:.4f}".format(*row["published_lpips"]),
-                "{:.2f} ± {:.2f}".format(*row["published_fid"]),
-            )
-        )
-        line = f"{name:20}" + "{:>18}{:>16}".format(*published)
-        for measure in measures:
-            text = text_of(row["test"][measure], digits=3) + p_text(row["p"][measure])
-            line += f"{text:>{max(len(measure), 24) + 2}}"
-        lines.append(line)
     lines += [f"{name}: {why}" for name, why in result["missing"].items()]
     return "\n".join(lines)

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation import linear_discriminant, pooled, wilson
-from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind
 
 SMALLEST = 1e-6
 """Probability below which an error costs no more: 14 nats."""
@@ -45,10 +43,6 @@ class Classification(TaskKind):
         if unknown := sorted(opened.counts("test").keys() - set(opened.materials)):
             raise ParameterError(f"{opened.task.name}: no training recording of {', '.join(unknown)}")
 
-    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
-        """Return whether the model is a classifier."""
-        return facts.task == "classification"
-
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return probabilities of materials."""
         names = opened.materials
@@ -57,10 +51,6 @@ class Classification(TaskKind):
             f"the probabilities of {len(names)} materials, shape ({len(names)},), sum 1",
             names,
         )
-
-    def questions(self, opened: OpenTask) -> list[Question]:
-        """Return the test recordings."""
-        return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
 
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
         """Return pooled probabilities of the windows."""

@@ -44,9 +44,17 @@ from tactogram.workflows import (
 )
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.ignoring import IGNORING
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import BenchmarkTask, TaskOptions, options_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import (
+    AnswerForm,
+    Answers,
+    Content,
+    Figure,
+    Judgement,
+    Question,
+    TaskKind,
+    mean_figure,
+)
 
 SHOWN = 3
 """Materials of which one answer is kept for the page."""
@@ -307,10 +315,8 @@ def _distance(result: GenerationResult) -> Figure:
     by_item = {material: float(np.mean(values)) for material, values in parts.items() if values}
     if not by_item:
         raise ParameterError("no measure separates the materials of the task, so that nothing can be ranked")
-    values = np.array(list(by_item.values()))
-    low, high = mean_interval(values, least=0.0) or (None, None)
     title = "distance from recordings, mean of all signal measures: 0 another recording, 1 another material"
-    return Figure(float(values.mean()), "lower", title, "", 0.0, 1.0, low, high, by_item)
+    return mean_figure(by_item, "lower", title, floor=0.0, ceiling=1.0)
 
 
 def _figures(result: GenerationResult) -> dict[str, Figure]:

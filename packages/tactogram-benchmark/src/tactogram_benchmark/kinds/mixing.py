@@ -8,15 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation import OVERALL, mean_interval, positions
+from tactogram.evaluation import OVERALL, positions
 from tactogram.models import ModelInfo
 from tactogram.signal import Signal, resample
 from tactogram.training import child_seed
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
 from tactogram_benchmark.task import TaskOptions, options_of
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import (
+    AnswerForm,
+    Answers,
+    Figure,
+    Judgement,
+    Question,
+    TaskKind,
+    mean_figure,
+)
 
 
 class MixingOptions(TaskOptions):
@@ -107,14 +114,12 @@ class Mixing(TaskKind):
             half.append(min(1.0, abs(float(ladder.half_weight[column]) - 0.5)))
             off.append(float(ladder.off_line[:, column].max()))
             progress("place mixes", number, len(options.pairs))
-        values = np.array(list(error.values()))
-        low, high = mean_interval(values, least=0.0) or (None, None)
         return Judgement(
             {
-                "position_error": Figure(
-                    float(values.mean()), "lower",
+                "position_error": mean_figure(
+                    error, "lower",
                     "mean distance of a mix from its weight along the line between the recordings",
-                    floor=0.0, ceiling=float(np.mean(np.abs(weights - 0.5))), low=low, high=high, by_item=error,
+                    floor=0.0, ceiling=float(np.mean(np.abs(weights - 0.5))),
                 ),
                 "one_way": Figure(
                     float(np.mean(monotone)), "higher", "pairs that move one way", floor=1.0, ceiling=0.0

@@ -9,15 +9,20 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation import mean_interval
 from tactogram.model import Condition, ImageExample
-from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
-from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.data import OpenTask, items_of, mean_scores, rated_examples, ratings_of
 from tactogram_benchmark.ignoring import IGNORING
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, ratings_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import (
+    AnswerForm,
+    Answers,
+    Content,
+    Figure,
+    Judgement,
+    Question,
+    TaskKind,
+    mean_figure,
+)
 
 
 class Rating(TaskKind):
@@ -28,6 +33,7 @@ class Rating(TaskKind):
     baselines = IGNORING
     given = "a recording or an image"
     asked = "the mean score of people in each word"
+    answered_by = "prediction"
 
     def check(self, opened: OpenTask) -> None:
         """Refuse an item of the test part that is trained on, and fewer than three items."""
@@ -39,10 +45,6 @@ class Rating(TaskKind):
             raise ParameterError(
                 f"{opened.task.name}: needs three rated test items or more, got {len(tested)}"
             )
-
-    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
-        """Return whether the model predicts scores."""
-        return facts.task == "prediction"
 
     def training_items(self, opened: OpenTask) -> list[tuple[Condition, Content]]:
         """Return the mean scores of each training item."""
@@ -79,15 +81,14 @@ class Rating(TaskKind):
         errors = np.nanmean(np.abs(said - held), axis=1)
         guess = np.nanmean(mean_scores(opened, items_of(rated_examples(opened, "train"))), axis=0)
         ranks = [_rank(said[:, word], held[:, word]) for word in range(held.shape[1])]
-        low, high = mean_interval(errors, least=0.0) or (None, None)
         scale = ratings_of(opened).scale
         unit = f"of {scale.low:g} to {scale.high:g}"
         return Judgement(
             {
-                "error": Figure(
-                    float(errors.mean()), "lower", "mean absolute error of the mean scores", unit,
-                    floor=0.0, ceiling=float(np.nanmean(np.abs(guess - held))), low=low, high=high,
-                    by_item=dict(zip(items, errors.tolist(), strict=True)),
+                "error": mean_figure(
+                    dict(zip(items, errors.tolist(), strict=True)),
+                    "lower", "mean absolute error of the mean scores", unit,
+                    floor=0.0, ceiling=float(np.nanmean(np.abs(guess - held))),
                 ),
                 "rank_correlation": Figure(
                     float(np.mean(ranks)), "higher", "rank correlation over items, mean over words",

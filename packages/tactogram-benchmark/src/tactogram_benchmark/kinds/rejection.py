@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation import classifier_features, mean_interval, wilson
-from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback, SurfaceIndex, surface_vector
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind
 
 KEPT = 0.95
 """Share of known recordings at which the share of refused ones is read."""
@@ -64,20 +62,12 @@ class Rejection(TaskKind):
                 "others"
             )
 
-    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
-        """Return whether the model is a classifier: its runs have a search index."""
-        return facts.task == "classification"
-
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return strangeness and verdict."""
         return AnswerForm(
             "strangeness",
             "how unlike all known materials it is, any scale, and 1 if refused, else 0: shape (2,)",
         )
-
-    def questions(self, opened: OpenTask) -> list[Question]:
-        """Return the test recordings."""
-        return [Question(example.id, {"vibration": example.signal}) for example in opened.test]
 
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
         """Return the distance to the nearest known recording over the threshold, and whether it exceeds 1."""

@@ -10,13 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation import classifier_features, mean_interval, wilson
+from tactogram.evaluation import classifier_features, wilson
 from tactogram.model import Example
-from tactogram.models import ModelInfo
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.task_kind import Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import (
+    AnswerForm,
+    Answers,
+    Figure,
+    Judgement,
+    Question,
+    TaskKind,
+    mean_figure,
+)
 
 
 def _band_levels(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
@@ -44,10 +50,6 @@ class Retrieval(TaskKind):
                 f"{opened.task.name}: the test part must hold two recordings or more of each of two materials or "
                 "more that are not trained on"
             )
-
-    def fits(self, opened: OpenTask, facts: ModelInfo) -> bool:
-        """Return whether the model is a classifier: its runs embed recordings."""
-        return facts.task == "classification"
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return an embedding."""
@@ -81,15 +83,12 @@ class Retrieval(TaskKind):
             precision.setdefault(name, []).append(float(np.mean(np.arange(1, len(ranks) + 1) / ranks)))
             first.setdefault(name, []).append(float(same[0]))
         by_surface = {name: float(np.mean(held)) for name, held in precision.items()}
-        values = np.array(list(by_surface.values()))
-        interval = mean_interval(values, least=0.0, most=1.0) or (None, None)
         one = wilson(float(np.mean([np.mean(held) for held in first.values()])), len(first))
         chance = float(np.mean([(names == name).sum() - 1 for name in names])) / (len(names) - 1)
         return Judgement(
             {
-                "average_precision": Figure(
-                    float(values.mean()), "higher", "mean average precision",
-                    floor=1.0, ceiling=chance, low=interval[0], high=interval[1], by_item=by_surface,
+                "average_precision": mean_figure(
+                    by_surface, "higher", "mean average precision", floor=1.0, ceiling=chance, most=1.0
                 ),
                 "nearest_right": Figure(
                     one.accuracy, "higher", "nearest recording of the same material",

@@ -22,12 +22,17 @@ from tactogram.models import ModelInfo
 from tactogram.signal import Image, Signal
 from tactogram.training import child_rng, child_seed
 from tactogram.workflows import LoadedRun, ProgressCallback
-from tactogram_benchmark.data import OpenTask
+from tactogram_benchmark.data import (
+    OpenTask,
+    items_of,
+    mean_scores,
+    rated_examples,
+    rated_surfaces,
+    ratings_of,
+)
 from tactogram_benchmark.ignoring import IGNORING, array_of
-from tactogram_benchmark.questions import AnswerForm, Answers, Question
-from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples, rated_surfaces, ratings_of
 from tactogram_benchmark.task import TaskOptions, options_of
-from tactogram_benchmark.task_kind import Content, Figure, Judgement, TaskKind
+from tactogram_benchmark.task_kind import AnswerForm, Answers, Content, Figure, Judgement, Question, TaskKind
 from tactogram_benchmark.training import trained_for
 
 RATER = "rater"

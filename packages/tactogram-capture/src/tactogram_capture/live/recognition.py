@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram_capture.session.feed import Feed
-from tactogram_capture.session.take_checks import level
+from tactogram_capture.session.take import level
 from tactogram_capture.source import Block, SourceEnded
 from tactogram_capture.stream.gaps import bridged
 

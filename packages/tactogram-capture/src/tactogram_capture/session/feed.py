@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError
-from tactogram_capture.session.take import Take, joined, rate_of
-from tactogram_capture.session.take_checks import level
+from tactogram_capture.session.take import Take, joined, level, rate_of
 from tactogram_capture.source import Block, Source, SourceLost
 
 METER_S = 0.25

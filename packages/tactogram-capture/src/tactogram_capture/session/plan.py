@@ -16,7 +16,6 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
 from tactogram.validation import validated, with_changes
-from tactogram_capture.session import plans as _plans
 
 Name = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -172,5 +171,4 @@ class PlannedTake:
 
 def shipped_plans() -> dict[str, Path]:
     """Return the plans that come with the package, by name."""
-    [folder] = map(Path, _plans.__path__)
-    return {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    return {path.stem: path for path in sorted(Path(__file__).with_name("plans").glob("*.toml"))}

@@ -22,8 +22,7 @@ from tactogram_capture.session.feed import Feed
 from tactogram_capture.session.journal import Journal
 from tactogram_capture.session.metronome import Metronome, interval_s
 from tactogram_capture.session.plan import PlannedTake, SessionPlan
-from tactogram_capture.session.take import RECEIVED, Take, recording_of
-from tactogram_capture.session.take_checks import TakeAssessment, check_take
+from tactogram_capture.session.take import RECEIVED, Take, TakeAssessment, check_take, recording_of
 from tactogram_capture.source import Source, SourceEnded, SourceLost
 from tactogram_capture.stream.gaps import bridged
 

@@ -1,18 +1,16 @@
-"""Audio inputs: PortAudio by sounddevice; without it, miniaudio, which needs no system library."""
+"""Audio inputs, by sounddevice and its PortAudio."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Generator
 from threading import Condition
 from time import monotonic
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.errors import DeviceError, MissingExtraError, one_line
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.signal import parse_unit
 from tactogram_capture.source import Block, SourceKind, SourceLost
@@ -94,8 +92,6 @@ class AudioFormat(BaseModel):
     """Unit of the samples; 1 is full scale in -1 to 1."""
     full_scale: float = Field(default=1.0, gt=0, allow_inf_nan=False)
     """Full scale in ``unit``: 50 if an accelerometer of 50 m/s^2 fills the input."""
-    library: Literal["auto", "sounddevice", "miniaudio", "null"] = "auto"
-    """``null`` is miniaudio's input without a device, which delivers silence in real time, for tests."""
 
 
 class AudioSource(DeviceSource):
@@ -109,7 +105,6 @@ class AudioSource(DeviceSource):
         self._factor = np.float32(form.full_scale * factor)
         self.full_scale = float(self._factor)
         self.axes = axis_names(form.channels, form.axes, where=name)
-        self.library = ""
         self.overflows = 0
         self._input = device
         self._queue = BlockQueue(form.channels, int(WAITING_S * form.rate))
@@ -124,30 +119,11 @@ class AudioSource(DeviceSource):
             self.meter,
             samples=self._queue.received,
             lost=self._queue.lost,
-            simulated=self.form.library == "null",
             overflows=self.overflows,
-            library=self.library,
         )
 
     def _open(self) -> Any:
-        if self.form.library in ("auto", "sounddevice"):
-            try:
-                return self._open_sounddevice()
-            except (DeviceError, MissingExtraError):
-                # A device that PortAudio knows and cannot open is an error; a missing library has an alternative.
-                if self.library or self.form.library == "sounddevice":
-                    raise
-        return self._open_miniaudio()
-
-    def _read(self, device: Any, timeout_s: float) -> Block | None:
-        block = self._queue.get(timeout_s)
-        if block is not None:
-            self.meter.add(block.first_index + len(block), block.arrival_s)
-        return block
-
-    def _open_sounddevice(self) -> Any:
         sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
-        self.library = "sounddevice"
 
         def receive(data: Any, frames: int, time: Any, status: Any) -> None:
             overflow = bool(getattr(status, "input_overflow", False))
@@ -170,65 +146,18 @@ class AudioSource(DeviceSource):
             stream.start()
         return stream
 
-    def _open_miniaudio(self) -> Any:
-        miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
-        self.library = "miniaudio"
-        with device_errors(self.name, library="miniaudio"), silenced():
-            backends = [miniaudio.Backend.NULL] if self.form.library == "null" else []
-            every = miniaudio.Devices(backends).get_captures()
-            inputs = every if backends else _real(every)
-            wanted = [d for d in inputs if self._input.lower() in d["name"].lower()]
-            if not wanted:
-                names = ", ".join(d["name"] for d in inputs) or "none"
-                called = f" called {self._input!r}" if self._input else ""
-                raise DeviceError(f"{self.name.rstrip(':')}: no audio input{called}; available: {names}")
-            device = miniaudio.CaptureDevice(
-                input_format=miniaudio.SampleFormat.FLOAT32,
-                nchannels=self.form.channels,
-                sample_rate=self.form.rate,
-                buffersize_msec=10,
-                device_id=wanted[0]["id"] if self._input else None,
-                backends=backends,
-            )
-            receiver = self._receive()
-            next(receiver)
-            device.start(receiver)
-        return device
-
-    def _receive(self) -> Generator[None, bytes, None]:
-        while True:
-            data = yield
-            samples = np.frombuffer(bytes(data), np.float32).reshape(-1, self.form.channels).T
-            self._queue.put(samples * self._factor)
+    def _read(self, device: Any, timeout_s: float) -> Block | None:
+        block = self._queue.get(timeout_s)
+        if block is not None:
+            self.meter.add(block.first_index + len(block), block.arrival_s)
+        return block
 
 
 def _find(find_s: float) -> dict[str, str]:
-    return {f"audio:{name}": "audio input" for name in audio_inputs()}
-
-
-def audio_inputs() -> list[str]:
-    """Return the names of the real audio inputs.
-
-    Raises `MissingExtraError` or `DeviceError` if no library is installed, or none finds an audio system.
-    """
-    try:
-        sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
-        with silenced():
-            devices = sounddevice.query_devices()
-        return [d["name"] for d in devices if d["max_input_channels"] > 0]
-    except (DeviceError, MissingExtraError):
-        miniaudio = imported("miniaudio", extra="devices", what="audio inputs")
-    try:
-        with silenced():
-            captures = miniaudio.Devices().get_captures()
-    except miniaudio.MiniaudioError as error:
-        raise DeviceError(f"audio: no audio system was found ({one_line(error)})") from error
-    return [d["name"] for d in _real(captures)]
-
-
-def _real(devices: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Leave out null devices: miniaudio's and ALSA's."""
-    return [d for d in devices if "null" not in d["name"].lower() and "Discard all samples" not in d["name"]]
+    sounddevice = imported("sounddevice", extra="devices", what="audio inputs")
+    with device_errors("audio", library="sounddevice"), silenced():
+        devices = sounddevice.query_devices()
+    return {f"audio:{d['name']}": "audio input" for d in devices if d["max_input_channels"] > 0}
 
 
 SOURCE = SourceKind("audio", "audio input", "audio:NAME?rate=48000", AudioFormat, AudioSource, find=_find)

@@ -1,15 +1,14 @@
 """Recordings of a store, played through a simulated TWE-Lite receiver.
 
-The output passes through the whole chain: quantised, framed, printed to a pty, delayed, partly lost, read from the port
-and parsed. It is marked simulated even if the recordings are not.
+The output passes through the whole chain: quantised, framed, delayed, partly lost, and parsed. It is marked simulated
+even if the recordings are not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from itertools import count
 from pathlib import Path
-from threading import Lock
-from time import monotonic
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,15 +16,13 @@ from pydantic import Field
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import ParameterError
-from tactogram.signal import STANDARD_GRAVITY, Signal, resample
+from tactogram.signal import STANDARD_GRAVITY, resample
 from tactogram_capture.session.plan import PlannedTake
 from tactogram_capture.source import SourceKind, required_place
-from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
+from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver
 from tactogram_capture.twelite.source import TweliteSource
 
 AXES = ("x", "y", "z")
-PACKETS_AT_ONCE = 3
-"""Packets between changes of the stroked material: a tenth of a second at 330 Hz."""
 REST_NOISE = 0.02
 """Of a resting hand, m/s^2 rms per axis: about the sensor's own noise at a few hundred Hz."""
 
@@ -54,7 +51,6 @@ class StrokeReplay:
         self._store, self._rate, self._stream = store, rate, stream
         self._rng = np.random.default_rng(seed)
         self._infos = [info for info in store.index if info.material is not None]
-        self._lock = Lock()
         self._samples: NDArray[np.float32] | None = None
         self._place = 0
 
@@ -75,60 +71,21 @@ class StrokeReplay:
             infos = [info for info in infos if value is None or getattr(info, name) == value] or infos
         info = infos[int(self._rng.integers(len(infos)))]
         signal = resample(self._store.signal(info.id, self._stream).select(*AXES), self._rate)
-        with self._lock:
-            self._samples, self._place = signal.samples, int(self._rng.integers(len(signal)))
+        self._samples, self._place = signal.samples, int(self._rng.integers(len(signal)))
 
     def rest(self) -> None:
         """Lift the finger."""
-        with self._lock:
-            self._samples = None
+        self._samples = None
 
-    def next_signal(self, count: int) -> Signal:
-        """Return the next ``count`` samples, three axes, m/s^2, at the sensor's rate."""
-        with self._lock:
-            if self._samples is None:
-                x = (REST_NOISE * self._rng.standard_normal((3, count))).astype(np.float32)
-                x[2] += np.float32(STANDARD_GRAVITY)
-            else:
-                places = (self._place + np.arange(count)) % self._samples.shape[1]
-                x = self._samples[:, places]
-                self._place = int(places[-1] + 1) % self._samples.shape[1]
-        return Signal(x, self._rate, "m/s^2", AXES)
-
-
-class StoreReplayPort(SimulatedPort):
-    """A pty to which a simulated receiver prints the signal of a `StrokeReplay`, endlessly or for its ``seconds``."""
-
-    def __init__(
-        self, receiver: SimulatedReceiver, hand: StrokeReplay, *, on_chunk: Callable[[float], None]
-    ) -> None:
-        super().__init__(receiver)
-        self.hand, self._on_chunk = hand, on_chunk
-
-    def _print(self) -> None:
-        start, per_packet = monotonic(), self.receiver.samples_per_packet
-        chunk_s = PACKETS_AT_ONCE * per_packet / self.receiver.rate
-        for number in self._chunks(chunk_s):
-            self._on_chunk(number * chunk_s)
-            # Each chunk is a transmission of its own: sequence and losses continue, and its signal is drawn when due.
-            receiver = self.receiver.model_copy(
-                update={
-                    "first_sequence": (self.receiver.first_sequence + PACKETS_AT_ONCE * number) % 65536,
-                    "seed": self.receiver.seed + number,
-                    "seconds": None,
-                }
-            )
-            for sent in transmissions(receiver, self.hand.next_signal(PACKETS_AT_ONCE * per_packet)):
-                due = start + number * chunk_s + sent.time_s
-                if self._stop.wait(max(0.0, due - monotonic())) or not self._send(sent):
-                    return
-        self._finished.set()
-
-    def _chunks(self, chunk_s: float) -> Iterator[int]:
-        number = 0
-        while self.receiver.seconds is None or number * chunk_s < self.receiver.seconds:
-            yield number
-            number += 1
+    def next_samples(self, count: int) -> NDArray[np.float32]:
+        """Return the next samples, float32, shape (3, count), m/s^2, at the sensor's rate."""
+        if self._samples is None:
+            x = (REST_NOISE * self._rng.standard_normal((3, count))).astype(np.float32)
+            x[2] += np.float32(STANDARD_GRAVITY)
+            return x
+        places = (self._place + np.arange(count)) % self._samples.shape[1]
+        self._place = int(places[-1] + 1) % self._samples.shape[1]
+        return self._samples[:, places]
 
 
 class StoreReplaySource(TweliteSource):
@@ -142,18 +99,22 @@ class StoreReplaySource(TweliteSource):
         for material in self._materials:
             self.hand.touch(material)  # refuses unknown materials before anything is opened
         self.hand.rest()
-        port = StoreReplayPort(options, self.hand, on_chunk=self._take_turns)
-        super().__init__(port, name=name, log=options.log, simulated=True)
+        super().__init__(
+            SimulatedPort(options, self._packets(options)), name=name, log=options.log, simulated=True
+        )
 
     def on_trial(self, trial: PlannedTake) -> None:
         """Stroke the material of a planned take."""
         self.hand.touch(trial.material, contactor=trial.contactor, speed_mm_s=trial.speed_mm_s)
 
-    def _take_turns(self, now_s: float) -> None:
-        turn = int(now_s / self._each_s)
-        if self._materials and turn != self._turn:
-            self._turn = turn
-            self.hand.touch(self._materials[turn % len(self._materials)])
+    def _packets(self, receiver: SimulatedReceiver) -> Iterator[NDArray[np.float32]]:
+        """Yield the samples of each packet as it becomes due, of the material whose turn it is."""
+        for number in count():
+            turn = int(number * receiver.samples_per_packet / receiver.rate / self._each_s)
+            if self._materials and turn != self._turn:
+                self._turn = turn
+                self.hand.touch(self._materials[turn % len(self._materials)])
+            yield self.hand.next_samples(receiver.samples_per_packet)
 
 
 def _open(place: str, options: StoreReplayOptions, *, name: str) -> StoreReplaySource:

@@ -1,8 +1,8 @@
-"""Messages of a TWE-Lite receiver (App_Tag parent, App_Wings) with an ADXL34x sensor: bytes and lines to packets.
+"""Messages of a TWE-Lite receiver (App_Tag parent, App_Wings) with an ADXL34x sensor: lines to packets.
 
 Forms, columns and units are facts of the receiver's documentation and firmware (App_Tag 2.2.4); ``docs/capture.md``
-lists them. Only two of the five forms have a checksum: hex and binary. Lines of the others must match their columns
-exactly and are otherwise rejected as a whole, since the rest of a damaged line may be wrong, too.
+lists them. Only the hex form has a checksum. Lines of the others must match their columns exactly and are otherwise
+rejected as a whole, since the rest of a damaged line may be wrong, too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tactogram.signal import STANDARD_GRAVITY
 
 Mode = Literal["single", "fifo", "low_energy"]
-Form = Literal["hex", "binary", "standard", "semicolon", "comma"]
+Form = Literal["hex", "standard", "semicolon"]
 
 AXES = ("x", "y", "z")
 
@@ -108,11 +108,11 @@ def decode_hex(body: str, arrival_s: float) -> Packet | OtherPacket | RejectedLi
     data = bytes.fromhex(body)
     if sum(data) & 0xFF:
         return RejectedLine("checksum")
-    return decode_payload(data[:-1], "hex", arrival_s)
+    return decode_payload(data[:-1], arrival_s)
 
 
-def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
-    """Decode the payload of a hex or binary frame whose checksum is correct."""
+def decode_payload(payload: bytes, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
+    """Decode the payload of a frame whose checksum is correct."""
     if payload[0] < 0x80:
         # The standard application and all others whose frames do not begin with a relay's address.
         return OtherPacket(f"frame of kind 0x{payload[1]:02X}")
@@ -140,7 +140,7 @@ def decode_payload(payload: bytes, form: Form, arrival_s: float) -> Packet | Oth
         sequence,
         mode,
         (counts * UNITS_BY_MODE[mode]).astype(np.float32),
-        form,
+        "hex",
         arrival_s,
         float("nan"),
         f"{relay:08X}",
@@ -176,14 +176,11 @@ def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | Rejec
 
 
 def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket | OtherPacket | RejectedLine:
-    """Decode a line of the semicolon or comma form.
+    """Decode a line of the semicolon form.
 
     A ten-sample packet consists of one line with the packet's columns and its first sample, which is returned as a
     packet of one sample in the mode ``"fifo"``, and lines with twelve empty columns and one sample each.
     """
-    form: Form = "semicolon" if line[0] == ";" else "comma"
-    if form == "comma":
-        line = line.replace("\t", "").replace(",", ";")
     if further := _CONTINUED.fullmatch(line):
         x, y, z = further.groups()
         return ContinuationPacket((int(x), int(y), int(z)))
@@ -203,9 +200,9 @@ def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket |
         return RejectedLine("columns")
     # Serial numbers are printed without their first digit, which is 8 in all of them.
     return _of_text(
-        [tuple(first.split(";"))], mode, sender=f"8{sender.upper()}", sequence=number, form=form, arrival_s=arrival_s,
-        receiver_s=float(clock), relay=relay, lqi=int(lqi), battery_mv=int(battery), adc1_mv=int(adc1),
-        adc2_mv=int(adc2),
+        [tuple(first.split(";"))], mode, sender=f"8{sender.upper()}", sequence=number, form="semicolon",
+        arrival_s=arrival_s, receiver_s=float(clock), relay=relay, lqi=int(lqi), battery_mv=int(battery),
+        adc1_mv=int(adc1), adc2_mv=int(adc2),
     )  # fmt: skip
 
 

@@ -16,22 +16,17 @@ from tactogram_capture.twelite.messages import (
     RejectedLine,
     decode_columns,
     decode_hex,
-    decode_payload,
     decode_standard,
 )
 
 LONGEST_LINE = 1024
 """Bytes without an end of line that are dropped; the longest line of any form has about 350."""
-LONGEST_BINARY = 512
-"""Largest length of a binary frame; a larger one is damaged."""
-
-_MARK = b"\xa5\x5a"
 
 
 class TweliteParser:
     """Parser of bytes in arbitrary pieces into packets.
 
-    Binary frames and lines of every text form are distinguished as they arrive; a receiver may change its form. Every
+    Lines of every form are distinguished as they arrive; a receiver may change its form. Every
     byte is accounted for: after `finish`, ``bytes_taken`` (readable messages, line ends and empty lines) plus
     ``bytes_rejected`` is the number of bytes fed.
     """
@@ -51,104 +46,41 @@ class TweliteParser:
         """Return the packets that ``data``, which arrived at ``arrival_s``, completes."""
         self._buffer += data
         packets: list[Packet] = []
-        while self._step(packets, arrival_s):
-            pass
-        return packets
+        while True:
+            end = self._buffer.find(b"\n", 0, LONGEST_LINE)
+            if end >= 0:
+                line = bytes(self._buffer[: end + 1])
+                del self._buffer[: end + 1]
+                self._line(line, packets, arrival_s)
+            elif len(self._buffer) > LONGEST_LINE:
+                self._break(packets)
+                self._reject("" if self._skipping_line else "line without an end", LONGEST_LINE)
+                self._skipping_line = True
+                del self._buffer[:LONGEST_LINE]
+            else:
+                return packets
 
     def finish(self, arrival_s: float = float("nan")) -> list[Packet]:
-        """Return the open packet, and reject unfinished messages.
-
-        A last line without an end is parsed as a line: logs often lack it.
-        """
+        """Return the open packet; a last line without an end is parsed as a line, since logs often lack it."""
         packets: list[Packet] = []
-        while self._step(packets, arrival_s) or self._buffer:
-            if not self._buffer:
-                break
-            if self._buffer.startswith(_MARK):
-                self._reject("unfinished", 1)
-                del self._buffer[:1]
-            elif not self._skipping_line and b"\n" not in self._buffer and _MARK not in self._buffer:
-                line = bytes(self._buffer)
-                self._buffer.clear()
-                self._line(line, packets, arrival_s)
-            elif self._skipping_line:
-                self._reject("", len(self._buffer))
-                self._buffer.clear()
+        if self._buffer:
+            self._line(bytes(self._buffer), packets, arrival_s)
+            self._buffer.clear()
         self._close(packets)
         return packets
 
-    def _step(self, packets: list[Packet], arrival_s: float) -> bool:
-        """Parse one line or frame from the buffer; return False if none is complete."""
-        buffer = self._buffer
-        if not buffer:
-            return False
-        mark = buffer.find(_MARK, 0, LONGEST_LINE + 1)
-        if mark == 0:
-            return self._binary(packets, arrival_s)
-        end = buffer.find(b"\n", 0, LONGEST_LINE)
-        if end >= 0 and (mark < 0 or end < mark):
-            line = bytes(buffer[: end + 1])
-            del buffer[: end + 1]
-            if self._skipping_line:
-                self._skipping_line = False
-                self._reject("", len(line))
-            else:
-                self._line(line, packets, arrival_s)
-            return True
-        if mark > 0:
-            self._break(packets)
-            self._reject("" if self._skipping_line else "unfinished", mark)
-            self._skipping_line = False
-            del buffer[:mark]
-            return True
-        if len(buffer) > LONGEST_LINE:
-            self._break(packets)
-            self._reject("" if self._skipping_line else "line without an end", LONGEST_LINE)
-            self._skipping_line = True
-            del buffer[:LONGEST_LINE]
-            return True
-        return False
-
-    def _binary(self, packets: list[Packet], arrival_s: float) -> bool:
-        """Parse the binary frame at the start: mark, length, payload, XOR, end; return False if it is incomplete."""
-        buffer = self._buffer
-        if len(buffer) < 4:
-            return False
-        length = int.from_bytes(buffer[2:4], "big") ^ 0x8000
-        whole = length + 6
-        if not 0 < length <= LONGEST_BINARY:
-            return self._no_frame(packets, "length")
-        if len(buffer) < whole:
-            return False
-        payload = bytes(buffer[4 : 4 + length])
-        if (
-            buffer[whole - 1] != 0x04
-            or np.bitwise_xor.reduce(np.frombuffer(payload, np.uint8)) != buffer[-2 + whole]
-        ):
-            return self._no_frame(packets, "checksum")
-        self._break(packets)
-        self._skipping_line = False
-        del buffer[:whole]
-        self._take(decode_payload(payload, "binary", arrival_s), packets, whole)
-        return True
-
-    def _no_frame(self, packets: list[Packet], why: str) -> bool:
-        """Continue after the first byte of a false frame: a whole one may begin inside it."""
-        self._break(packets)
-        self._reject(why, 1)
-        # The bytes up to the end of the line belong to the rejected frame.
-        self._skipping_line = True
-        del self._buffer[:1]
-        return True
-
     def _line(self, line: bytes, packets: list[Packet], arrival_s: float) -> None:
+        if self._skipping_line:
+            self._skipping_line = False
+            self._reject("", len(line))
+            return
         text = line.strip(b"\r\n\t \0").decode("latin-1")
         if not text:
             self.bytes_taken += len(line)
             return
         before = 0
         found: Packet | ContinuationPacket | OtherPacket | RejectedLine
-        if text[0] in ";,":
+        if text[0] == ";":
             found = decode_columns(text, arrival_s)
         elif "::" in text:
             before = text.rfind("::")
@@ -181,7 +113,7 @@ class TweliteParser:
             self.other[found.what] += 1
             return
         self._break(packets)
-        if found.mode == "fifo" and found.form in ("semicolon", "comma"):
+        if found.mode == "fifo" and found.form == "semicolon":
             self._open, self._open_rows = found, []
         else:
             packets.append(found)

@@ -1,25 +1,21 @@
-"""A simulated TWE-Lite sensor and receiver that prints real frames, late, lost and damaged, to a pty."""
+"""A simulated TWE-Lite sensor and receiver that prints real frames, late, lost and damaged."""
 
 from __future__ import annotations
 
 import math
-import os
-import select
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from time import monotonic
-from typing import Any, Self
+from time import monotonic, sleep
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from tactogram.errors import DeviceError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.signal import STANDARD_GRAVITY, Signal, resample
 from tactogram_capture.source import SourceEnded, SourceLost
-from tactogram_capture.stream.byte_source import SerialPort
 from tactogram_capture.stream.raw_log import RawLog
 from tactogram_capture.twelite.messages import (
     FIFO_SAMPLES,
@@ -33,6 +29,9 @@ from tactogram_capture.twelite.messages import (
 
 _CODES: dict[Mode, int] = {"single": 0x00, "fifo": 0xFA, "low_energy": 0xFE}
 _SECONDS_AHEAD = 1.0
+
+Measured = Signal | Iterator[NDArray[np.float32]] | None
+"""What a simulated sensor measures; see `transmissions`."""
 
 
 class SimulatedReceiver(BaseModel):
@@ -78,17 +77,18 @@ class Transmission:
     """Whether a byte of ``data`` is wrong."""
 
 
-def transmissions(receiver: SimulatedReceiver, signal: Signal | None = None) -> Iterator[Transmission]:
+def transmissions(receiver: SimulatedReceiver, measured: Measured = None) -> Iterator[Transmission]:
     """Yield the packets of a simulated sensor and receiver.
 
-    The sensor measures ``signal``: axes x, y, z, m/s^2 (else `ParameterError`), resampled to its rate; by default a
-    finger that strokes a rough surface twice a second, with gravity along z.
+    What is ``measured`` is a signal of axes x, y, z, m/s^2 (else `ParameterError`), resampled to the sensor's rate, or
+    the samples of each packet in turn; by default a finger that strokes a rough surface twice a second, with gravity
+    along z.
     """
     rng = np.random.default_rng(receiver.seed)
     per_packet, period = receiver.samples_per_packet, receiver.samples_per_packet / receiver.rate
     step = UNITS_BY_MODE[receiver.mode] * (4 if receiver.mode == "fifo" else 1)
     now = 0.0
-    for number, x in enumerate(_packet_samples(receiver, signal, per_packet, rng)):
+    for number, x in enumerate(_packet_samples(receiver, measured, per_packet, rng)):
         if receiver.seconds is not None and (number + 1) * period > receiver.seconds + 1e-9:
             return
         steps = np.clip(np.round(x / step), -4096 if receiver.mode == "fifo" else -1638, 4095)
@@ -120,18 +120,15 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
     sequence %= 65536
     battery, adc1, adc2, lqi = 3330, 1399, 754, 99
     code = _CODES[receiver.mode]
-    if receiver.form in ("hex", "binary"):
+    if receiver.form == "hex":
         payload = bytearray.fromhex(f"80000000{lqi:02X}{sequence:04X}{receiver.sender}0035")
         payload += bytes([battery_code(battery)]) + adc1.to_bytes(2, "big") + adc2.to_bytes(2, "big")
         payload.append(code)
         if receiver.mode == "fifo":
             payload.append(counts.shape[1])
         payload += counts.T.astype(">i2").tobytes()
-        if receiver.form == "hex":
-            payload.append(checksum(payload))
-            return f":{payload.hex().upper()}\r\n".encode()
-        xor = int(np.bitwise_xor.reduce(np.frombuffer(payload, np.uint8)))
-        return b"\xa5\x5a" + (0x8000 | len(payload)).to_bytes(2, "big") + bytes(payload) + bytes([xor, 0x04])
+        payload.append(checksum(payload))
+        return f":{payload.hex().upper()}\r\n".encode()
     rows = [[f"{value:04d}" for value in column] for column in counts.T]
     if receiver.form == "standard":
         line = f"::rc=80000000:lq={lqi}:ct={sequence:04X}:ed={receiver.sender}:id=0"
@@ -142,23 +139,25 @@ def printed(receiver: SimulatedReceiver, sequence: int, counts: NDArray[np.int64
         line += "".join(f":x={x}:y={y}{sep}z={z}" for sep, (x, y, z) in zip(seps, rows, strict=True))
         return f"{line}\r\n".encode()
     clock = f"{int(time_s)}.{int(time_s * 100) % 100:02d}" if receiver.mode == "fifo" else f"{int(time_s)}"
-    sep, tab = (";", "") if receiver.form == "semicolon" else (",", "\t")
     head = [
-        "", clock, f"{tab}00000000", f"{lqi:03d}", f"{sequence:03d}", f"{tab}{receiver.sender[1:]}",
-        f"{battery:04d}", f"{tab}{code:04X}", f"{tab}0000", f"{adc1:04d}", f"{adc2:04d}", "X",
+        "", clock, "00000000", f"{lqi:03d}", f"{sequence:03d}", receiver.sender[1:],
+        f"{battery:04d}", f"{code:04X}", "0000", f"{adc1:04d}", f"{adc2:04d}", "X",
     ]  # fmt: skip
-    lines = [sep.join([*head, *rows[0], ""])]
-    lines += [sep * 12 + sep.join([*row, ""]) for row in rows[1:]]
+    lines = [";".join([*head, *rows[0], ""])]
+    lines += [";" * 12 + ";".join([*row, ""]) for row in rows[1:]]
     return "".join(f"{line}\r\n" for line in lines).encode()
 
 
 def _packet_samples(
-    receiver: SimulatedReceiver, signal: Signal | None, per_packet: int, rng: np.random.Generator
-) -> Iterator[NDArray[np.float64]]:
-    """Yield the acceleration during each packet, float64, shape (3, per_packet), m/s^2."""
-    if signal is not None:
-        _check(signal)
-        x = resample(signal, receiver.rate).samples.astype(np.float64)
+    receiver: SimulatedReceiver, measured: Measured, per_packet: int, rng: np.random.Generator
+) -> Iterator[NDArray[np.floating]]:
+    """Yield the acceleration during each packet, shape (3, per_packet), m/s^2."""
+    if isinstance(measured, Iterator):
+        yield from measured
+        return
+    if measured is not None:
+        _check(measured)
+        x = resample(measured, receiver.rate).samples.astype(np.float64)
         for start in range(0, x.shape[1] - per_packet + 1, per_packet):
             yield x[:, start : start + per_packet]
         return
@@ -199,107 +198,50 @@ def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
 
 
 class SimulatedPort:
-    """A pty that a simulated receiver prints to in real time; a `ByteStream` on its other end.
+    """A simulated receiver as a `ByteStream` that prints in real time.
 
-    ``signal`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
+    ``measured`` is as in `transmissions`. Unless ``paced``, packets arrive as fast as they are read.
     """
 
-    def __init__(
-        self, receiver: SimulatedReceiver, signal: Signal | None = None, *, paced: bool = True
-    ) -> None:
-        if signal is not None:
-            # Here rather than in the printing thread, where the error would go unnoticed.
-            _check(signal)
-        self.receiver, self.paced, self._signal = receiver, paced, signal
+    def __init__(self, receiver: SimulatedReceiver, measured: Measured = None, *, paced: bool = True) -> None:
+        if isinstance(measured, Signal):
+            _check(measured)
+        self.receiver, self.paced, self._measured = receiver, paced, measured
         self.name = "simulated:twelite"
         self.sent = self.lost = self.damaged = 0
         """Radio packets so far: all, the lost, and those with a wrong byte."""
-        self._stop, self._finished = threading.Event(), threading.Event()
-        self._master = self._slave = -1
-        self._thread: threading.Thread | None = None
-        self._port: SerialPort | None = None
-
-    @property
-    def path(self) -> str:
-        """The pty, which any program may open as a serial port while this one is open."""
-        return os.ttyname(self._slave)
+        self._coming: Iterator[Transmission] | None = None
+        self._next: Transmission | None = None
+        self._start_s = 0.0
 
     def __enter__(self) -> Self:
-        """Create and open the pty, and begin to print.
-
-        Raises `DeviceError` on a system without pseudo-terminals (Windows).
-        """
-        try:
-            import tty  # missing on Windows
-        except ModuleNotFoundError as error:
-            raise DeviceError(
-                f"{self.name}: needs a pseudo-terminal, which this system does not have"
-            ) from error
-        self._master, self._slave = os.openpty()
-        tty.setraw(self._slave)
-        self._port = SerialPort(self.path)
-        try:
-            self._port.__enter__()
-        except BaseException:
-            self._close()
-            raise
-        self._thread = threading.Thread(target=self._print, name=self.name, daemon=True)
-        self._thread.start()
+        self._start_s, self._coming = monotonic(), transmissions(self.receiver, self._measured)
         return self
 
-    def __exit__(self, *error: Any) -> None:
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
-        if self._port is not None:
-            self._port.__exit__(*error)
-        self._close()
-
-    def unplug(self) -> None:
-        """Simulate a pulled plug."""
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
-        self._close()
+    def __exit__(self, *_: object) -> None:
+        self._coming = None
 
     def read(self, timeout_s: float) -> tuple[bytes, float] | None:
-        """Return bytes and their arrival; None if none arrived in time.
+        """Return the bytes of all packets that are due, and their arrival; None if none is due in time.
 
-        Raises `SourceEnded` at the end of the simulation, `SourceLost` if it was unplugged.
+        Raises `SourceEnded` at the end of the simulation.
         """
-        # Checked before reading, so that the last bytes are read before the end is raised.
-        over = self._finished.is_set()
-        if self._port is None:
+        if self._coming is None:
             raise SourceLost(f"{self.name}: is not open")
-        received = self._port.read(0.0 if over else timeout_s)
-        if received is None and over:
-            raise SourceEnded(f"{self.name}: the simulation ended")
-        return received
-
-    def _print(self) -> None:
-        start = monotonic()
-        for sent in transmissions(self.receiver, self._signal):
-            if self.paced and self._stop.wait(max(0.0, start + sent.time_s - monotonic())):
-                return
-            if not self._send(sent):
-                return
-        self._finished.set()
-
-    def _send(self, sent: Transmission) -> bool:
-        """Count and write a packet; return False if stopped meanwhile, since nobody may be reading."""
-        self.sent += 1
-        self.lost += not sent.data
-        self.damaged += sent.damaged
-        data = sent.data
-        while data:
-            if self._stop.is_set():
-                return False
-            if select.select([], [self._master], [], 0.02)[1]:
-                data = data[os.write(self._master, data[:1024]) :]
-        return True
-
-    def _close(self) -> None:
-        for handle in (self._master, self._slave):
-            if handle >= 0:
-                os.close(handle)
-        self._master = self._slave = -1
+        until, data, arrival_s = monotonic() + timeout_s, b"", 0.0
+        while True:
+            self._next = self._next or next(self._coming, None)
+            if self._next is None and not data:
+                raise SourceEnded(f"{self.name}: the simulation ended")
+            due_s = self._start_s + self._next.time_s if self._next and self.paced else monotonic()
+            if data and (self._next is None or not self.paced or due_s > monotonic()):
+                return data, arrival_s
+            sleep(max(0.0, min(due_s, until) - monotonic()))
+            if self._next is None or (due_s > until and not data):
+                return None
+            packet, self._next = self._next, None
+            self.sent += 1
+            self.lost += not packet.data
+            self.damaged += packet.damaged
+            if packet.data:
+                data, arrival_s = data + packet.data, due_s

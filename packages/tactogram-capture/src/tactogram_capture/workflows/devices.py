@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DeviceError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
+from tactogram.parameters import checked
 from tactogram.rendering import opened_card
 from tactogram.text_files import read_toml
 from tactogram_capture.catalogue import SOURCES, find_devices
@@ -56,16 +57,26 @@ def device_names() -> tuple[str, ...]:
     return tuple(dict.fromkeys(path.name for path in PATHS if path.name))
 
 
+@checked
 def try_device(name: str) -> dict[str, Any]:
-    """Test a path as far as possible on this machine; a device never makes it raise an error.
+    """Test one device as far as possible on this machine, and say how each way to it was tested.
 
-    ``name`` is one of `device_names` or `ALSO`, or a kind of capture source whose devices can be listed.
+    Parameters
+    ----------
+    name : str
+        serial, lsl, daq, dwf (or digilent), audio, null, osc or mouse, or a kind of capture source whose devices can
+        be listed.
 
-    Keys of the result: ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or
-    ``failed``), ``line`` (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``,
-    ``platform``.
+    Returns
+    -------
+    dict
+        ``device``, ``state`` (``works``, ``no hardware``, ``missing``: a library or driver, or ``failed``), ``line``
+        (one sentence), ``facts`` (by device), ``paths`` (of `PATHS`), ``tactogram``, ``python``, ``platform``.
 
-    Raises `ParameterError` if there is no such path.
+    Raises
+    ------
+    ParameterError
+        If there is no such path; a device never makes it raise an error.
     """
     name = ALSO.get(name, name)
     if name not in _TESTS and name not in SOURCES:

@@ -3,150 +3,91 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from tactogram.datasets import part_examples
-from tactogram.errors import ParameterError, RunError
-from tactogram.signal import Signal
-from tactogram.workflows import (
-    LoadedRun,
-    SurfaceIndex,
-    load_run,
-    prediction_limit,
-    surface_vector,
-    takes,
-    test_part,
-)
-from tactogram_capture import open_source
-from tactogram_capture.live.recognition import Classification, Latencies, classify_windows
-from tactogram_capture.session.feed import Feed
+from tactogram.parameters import Positive, checked
+from tactogram_capture.catalogue import open_source
 from tactogram_capture.source import TappedSource
-from tactogram_capture.workflows.requests import LiveRequest
 
-CONTEXT_S = 0.5
-"""Signal before a window in which the band-pass of a run's recipe settles. At the window's end it cannot: the samples
-after it have not arrived yet."""
-CALIBRATED_ON = 300
-"""Largest number of validation windows that set the threshold of "none of these": a second or two at the start."""
+if TYPE_CHECKING:
+    from tactogram.workflows import LoadedRun
+    from tactogram_capture.live.classifier import LiveClassifier
+    from tactogram_capture.live.recognition import WindowClassification
+    from tactogram_capture.source import BlockListener
 
 
-class LiveClassifier:
-    """A classifier run as a function of a recorded window; see `tactogram_capture.live.recognition.ClassifyWindow`.
+@checked
+def live(
+    run: Path | str | LoadedRun,
+    *,
+    source: str,
+    window: Positive | None = None,
+    hop: Positive | None = None,
+    rate: Positive | None = None,
+    seconds: Positive | None = None,
+    on_window: Callable[[WindowClassification], None] | None = None,
+    begin: Callable[[LiveClassifier], None] | None = None,
+    heard: BlockListener | None = None,
+) -> dict[str, Any]:
+    """Classify what a sensor touches, window by window, until it ends, is interrupted, or ``seconds`` are over.
 
-    ``window_s`` is by default the length of the network's input, and ``context_s`` the signal needed before it.
-    ``threshold`` is the novelty beyond which a window is none of these (None if the run has no search index),
-    ``calibrated_on`` the number of windows that set it (0 if it is that of whole recordings).
+    ``on_window`` receives each window, ``begin`` the classifier before the first. ``heard`` receives the source and
+    each block as it is read, see `TappedSource`.
 
-    Raises `ParameterError` if the run is no classifier, or the window too short for it.
+    Parameters
+    ----------
+    run : Path or str or LoadedRun
+        Run of a classifier.
+    source : str
+        Source of the samples: twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:,
+        log:FILE, played:STORE.
+    window : float, optional
+        Length of a window, s (default: the network's input).
+    hop : float, optional
+        Time from one window to the next, s (default: a quarter of a window).
+    rate : float, optional
+        The source's rate, Hz, where it states none (default: that of the training data); a measured rate that
+        contradicts it is used instead.
+    seconds : float, optional
+        Stop after this time, s (default: at Ctrl-C).
+
+    Returns
+    -------
+    dict
+        ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material), ``none_of_these`` (windows,
+        or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from the arrival of a window's
+        last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``, ``calibrated_on``,
+        ``source`` (its facts), ``simulated``, ``interrupted``.
+
+    Raises
+    ------
+    ParameterError
+        If the run is no classifier, or the window is too short for it.
+    DeviceError
+        If the source cannot be opened, or disappears.
     """
+    from tactogram.workflows import load_run
+    from tactogram_capture.live.classifier import LiveClassifier
+    from tactogram_capture.live.recognition import Latencies, classify_windows
+    from tactogram_capture.session.feed import Feed
 
-    def __init__(self, loaded: LoadedRun, *, window_s: float | None = None) -> None:
-        self._classifier = loaded.classifier
-        if loaded.kind.domain != "time":
-            raise ParameterError(
-                f"{loaded.run.name}: was trained on signals over displacement, which no sensor delivers"
-            )
-        self.loaded, rate = loaded, loaded.kind.rate
-        # Two spare samples: a slightly wrong rate must not make a window too short.
-        least = loaded.config.input_samples + 2
-        if window_s is None and least == 2:
-            raise ParameterError(
-                f"{loaded.facts.name} does not state the length of its input: give `window`, in seconds"
-            )
-        self.window_s = least / rate if window_s is None else window_s
-        if round(self.window_s * rate) < least:
-            raise ParameterError(
-                f"window must be at least {least / rate:.3f} s for this run, got {window_s:g}"
-            )
-        self.context_s = CONTEXT_S if loaded.recipe.prepare.band is not None else 0.0
-        self._index: SurfaceIndex | None = None
-        self.threshold: float | None = None
-        self.calibrated_on = 0
-        if (loaded.run.folder / "search.json").is_file():
-            self._index = SurfaceIndex.load(loaded.run)
-            self._calibrate(self._index)
-        self._warm_up()
-
-    def __call__(self, signal: Signal) -> Classification:
-        """Classify a window, given with its context."""
-        prepared = self.loaded.prepare(signal)
-        window = prepared.cut(max(0, len(prepared) - round(self.window_s * prepared.rate)))
-        probabilities = self._classifier.probabilities(window)
-        none_of_these = None
-        if self._index is not None:
-            none_of_these = self._novelty(self._index, window) > float(self.threshold or 0.0)
-        names = self.loaded.kind.materials
-        return Classification(dict(zip(names, probabilities.tolist(), strict=True)), none_of_these)
-
-    def _novelty(self, index: SurfaceIndex, window: Signal) -> float:
-        return index.novelty(surface_vector(self.loaded.embedder, window))
-
-    def _calibrate(self, index: SurfaceIndex) -> None:
-        """Set the threshold on windows of validation recordings.
-
-        That of the run is of whole recordings, whose embeddings are means over many windows and lie nearer together.
-        """
-        self.threshold = 1.0
-        loaded = self.loaded
-        try:
-            store, split = test_part(loaded.run)
-        except RunError:
-            return
-        part = part_examples(store, split, "validation", loaded.as_trained, label=loaded.run.data["label"])
-        length = round(self.window_s * loaded.kind.rate)
-        places = [(e, at) for e in part for at in range(0, len(e.signal) - length + 1, length)]
-        if not places:
-            return
-        chosen = np.linspace(0, len(places) - 1, min(len(places), CALIBRATED_ON)).astype(int)
-        found = [
-            self._novelty(index, places[i][0].signal.cut(places[i][1], places[i][1] + length)) for i in chosen
-        ]
-        self.threshold, self.calibrated_on = prediction_limit(found), len(found)
-
-    def _warm_up(self) -> None:
-        """Classify noise: the first pass through a network takes many times as long as any other."""
-        kind = self.loaded.kind
-        noise = np.random.default_rng(0).standard_normal((len(kind.axes), round(self.window_s * kind.rate)))
-        window = Signal(noise.astype(np.float32), kind.rate, kind.unit, kind.axes)
-        for _ in range(3):
-            self._classifier.probabilities(window)
-            if self._index is not None:
-                self._novelty(self._index, window)
-
-
-def _recorded_rate(loaded: LoadedRun) -> float | None:
-    """Return the rate of a run's training recordings, None where they were resampled."""
-    return loaded.kind.rate if loaded.recipe.prepare.rate == "own" else None
-
-
-@takes(LiveRequest)
-def live(request: LiveRequest) -> dict[str, Any]:
-    """Classify a sensor's signal window by window until it ends, is interrupted, or ``seconds`` are over.
-
-    Keys of the result: ``windows``, ``judged``, ``skipped``, ``materials`` (windows by likeliest material),
-    ``none_of_these`` (windows, or None without a search index), ``latency`` (``p50_ms``, ``p99_ms``, ``max_ms``: from
-    the arrival of a window's last sample to its probabilities), ``window_s``, ``hop_s``, ``context_s``, ``threshold``,
-    ``calibrated_on``, ``source`` (its facts), ``simulated``, ``interrupted``.
-
-    Raises `ParameterError` if the run is no classifier, or the window is too short for it.
-    """
-    loaded = request.run if isinstance(request.run, LoadedRun) else load_run(request.run)
-    classifier = LiveClassifier(loaded, window_s=request.window)
-    hop_s = classifier.window_s / 4 if request.hop is None else request.hop
+    loaded = load_run(run) if isinstance(run, Path | str) else run
+    classifier = LiveClassifier(loaded, window_s=window)
+    hop_s = classifier.window_s / 4 if hop is None else hop
     span_s = classifier.window_s + classifier.context_s
     latencies, named, counts = Latencies(), Counter[str](), Counter[str]()
     interrupted = False
-    opened = open_source(request.source)
-    with opened if request.heard is None else TappedSource(opened, request.heard) as source:
-        feed = Feed(source, reference_rate=request.rate or source.rate or _recorded_rate(loaded))
-        if request.begin is not None:
-            request.begin(classifier)
+    device = open_source(source)
+    with device if heard is None else TappedSource(device, heard) as opened:
+        # Where the training recordings were resampled, their rate is not that of their source.
+        recorded_rate = loaded.kind.rate if loaded.recipe.prepare.rate == "own" else None
+        feed = Feed(opened, reference_rate=rate or opened.rate or recorded_rate)
+        if begin is not None:
+            begin(classifier)
         try:
-            for guess in classify_windows(
-                feed, classifier, window_s=span_s, hop_s=hop_s, seconds=request.seconds
-            ):
+            for guess in classify_windows(feed, classifier, window_s=span_s, hop_s=hop_s, seconds=seconds):
                 latencies.add(guess)
                 counts["windows"] += 1
                 counts["skipped"] += guess.skipped
@@ -154,11 +95,11 @@ def live(request: LiveRequest) -> dict[str, Any]:
                     counts["judged"] += 1
                     counts["none"] += bool(guess.classification.none_of_these)
                     named[guess.material] += 1
-                if request.show is not None:
-                    request.show(guess)
+                if on_window is not None:
+                    on_window(guess)
         except KeyboardInterrupt:
             interrupted = True
-        facts = source.facts()
+        facts = opened.facts()
     return {
         **{name: counts[name] for name in ("windows", "judged", "skipped")},
         "materials": dict(named.most_common()),

@@ -3,65 +3,130 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from tactogram.datasets import Recording, add_recordings, create_store, open_store
+from annotated_types import Ge
+
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal import Signal, check_rate
-from tactogram.signal.io import write_signal
-from tactogram.validation import validated
-from tactogram.workflows import takes
-from tactogram_capture import SensorLog, filled, gap_free, read_log, read_xdf
-from tactogram_capture.logs import LogKind
-from tactogram_capture.session.take import STREAM_OF_UNIT, rate_of
-from tactogram_capture.stream.csv_lines import CsvFormat
-from tactogram_capture.workflows.requests import LogRequest
+from tactogram.parameters import Settings, checked
+
+if TYPE_CHECKING:
+    from tactogram.signal import Signal
+    from tactogram_capture.logs import SensorLog
+
+    Extracted = tuple[SensorLog, dict[str, Any], list[tuple[int, Signal]]]
+    """A sensor, the report on it, and its signals with their first index."""
 
 LICENCE = "not stated: own recordings"
+Seconds = Annotated[float, Ge(0)]
 
 
-@takes(LogRequest)
-def capture_log(request: LogRequest) -> dict[str, Any]:
-    """Write a log's signals to files, or into a store; without either, only return its facts.
+@checked
+def capture_log(
+    path: Path | str,
+    *,
+    out: Path | str | None = None,
+    data: Path | str | None = None,
+    material: str | None = None,
+    speed_mm_s: float | None = None,
+    force_n: float | None = None,
+    contactor: str | None = None,
+    kind: Literal["twelite", "serial"] | None = None,
+    sender: str | None = None,
+    rate: float | None = None,
+    fill: bool = False,
+    most_s: Seconds = 0.1,
+    least_s: Seconds = 0.5,
+    options: Settings | None = None,
+) -> dict[str, Any]:
+    """Import a sensor's log into files or a store, with its gaps; without either, only return its facts.
 
-    Keys of the result: ``path``, ``simulated``, ``sensors`` (for each: ``name``, ``axes``, ``unit``, ``samples``,
-    ``seconds``, ``rate`` (of the written signal), ``facts``, ``signals`` (``first_index``, ``samples``, ``file``),
-    ``short`` (pieces left out), ``filled``), and ``data``, ``added``, ``recordings`` where a store was written.
+    The default is a signal for each piece between two gaps; ``fill`` makes one signal of all and reports how much of
+    it was filled.
 
-    Raises `DataError` or `ParameterError` if the log is empty, its rate is not known, or a gap is longer than
-    ``most_s``; nothing is written then.
+    Parameters
+    ----------
+    path : Path or str
+        A log of a TWE-Lite receiver or a board, or an .xdf file.
+    out : Path or str, optional
+        A file, by suffix; several signals are numbered.
+    data : Path or str, optional
+        A store; created if it does not exist.
+    material : str, optional
+        Material touched (required with a store).
+    speed_mm_s : float, optional
+        Stroking speed, mm/s.
+    force_n : float, optional
+        Normal force, N.
+    contactor : str, optional
+        What touched it, e.g. finger or pen.
+    kind : {"twelite", "serial"}, optional
+        What wrote the log, where it is not evident.
+    sender : str, optional
+        Only the sensor of this serial number.
+    rate : float, optional
+        Nominal rate, Hz; needed where the log has no times. A measured rate that contradicts it is used instead.
+    fill : bool
+        Fill gaps by straight lines (default: one signal for each stretch between them).
+    most_s : float
+        Longest gap that is filled, s.
+    least_s : float
+        Omit shorter stretches, s.
+    options : dict, optional
+        For a board: time, unit, scale, axes, …; for XDF: unit; as KEY=VALUE.
+
+    Returns
+    -------
+    dict
+        ``path``, ``simulated``, ``sensors`` (for each: ``name``, ``axes``, ``unit``, ``samples``, ``seconds``, ``rate``
+        (of the written signal), ``facts``, ``signals`` (``first_index``, ``samples``, ``file``), ``short`` (pieces left
+        out), ``filled``), and ``data``, ``added``, ``recordings`` where a store was written.
+
+    Raises
+    ------
+    DataError, ParameterError
+        If the log is empty, its rate is not known, or a gap is longer than ``most_s``; nothing is written then.
     """
-    path, data = Path(request.path), request.data
-    if data is not None and not request.material:
+    from tactogram.signal import check_rate
+
+    path = Path(path)
+    if data is not None and not material:
         raise ParameterError("a recording in a store needs a material; give `material`")
-    if request.rate is not None:
-        check_rate(request.rate)
-    logged = _read(path, request.kind, dict(request.options or {}))
-    if request.sender is not None:
+    if rate is not None:
+        check_rate(rate)
+    logged = _read(path, kind, dict(options or {}))
+    if sender is not None:
         # As printed on the sensor, or as in its frames and other sources' names.
-        wanted = (request.sender, f"8{request.sender.upper()[-7:]}")
+        spellings = (sender, f"8{sender.upper()[-7:]}")
         names = ", ".join(one.name for one in logged)
-        logged = [one for one in logged if one.name in wanted]
+        logged = [one for one in logged if one.name in spellings]
         if not logged:
-            raise ParameterError(f"sender must be one of {names}, got {request.sender!r}")
-    found = [_signals(one, path, request) for one in logged]
+            raise ParameterError(f"sender must be one of {names}, got {sender!r}")
+    extracted = [
+        _extracted(one, path, rate, most_s=most_s if fill else None, least_s=least_s) for one in logged
+    ]
     result: dict[str, Any] = {
         "path": str(path),
         "simulated": any(one.simulated for one in logged),
-        "sensors": [report for report, _ in found],
+        "sensors": [report for _, report, _ in extracted],
     }
-    if not any(signals for _, signals in found) and (request.out is not None or data is not None):
+    if not any(signals for *_, signals in extracted) and (out is not None or data is not None):
         raise DataError(
-            f"{path}: no piece between two gaps is {request.least_s:g} s long; fill them, or use shorter ones"
+            f"{path}: no piece between two gaps is {least_s:g} s long; fill them, or use shorter ones"
         )
-    if request.out is not None:
-        _write(Path(request.out), found, logged, path)
+    if out is not None:
+        _write(Path(out), extracted, path)
     if data is not None:
-        result |= _store(Path(data), found, logged, request)
+        touched = {"material": material, "speed_mm_s": speed_mm_s, "force_n": force_n, "contactor": contactor}
+        result |= _store(Path(data), extracted, path, touched)
     return result
 
 
-def _read(path: Path, kind: LogKind | None, options: dict[str, Any]) -> list[SensorLog]:
+def _read(path: Path, kind: Literal["twelite", "serial"] | None, options: dict[str, Any]) -> list[SensorLog]:
+    from tactogram.validation import validated
+    from tactogram_capture.logs import read_log, read_xdf
+    from tactogram_capture.stream.csv_lines import CsvFormat
+
     if path.suffix.lower() == ".xdf":
         unit = options.pop("unit", None)
         if options:
@@ -71,13 +136,24 @@ def _read(path: Path, kind: LogKind | None, options: dict[str, Any]) -> list[Sen
     return read_log(path, kind=kind, csv=csv)
 
 
-def _signals(
-    one: SensorLog, path: Path, request: LogRequest
-) -> tuple[dict[str, Any], list[tuple[int, Signal]]]:
-    """Return the report on one sensor, and its signals with their first index."""
-    hz = rate_of(None if one.rate is None else one.rate.facts(), request.rate)
+def _extracted(
+    one: SensorLog, path: Path, rate: float | None, *, most_s: float | None, least_s: float
+) -> Extracted:
+    """Return a sensor's signals: one with its gaps of up to ``most_s`` filled, else the pieces of ``least_s``."""
+    from tactogram_capture.session.take import rate_of
+    from tactogram_capture.stream.gaps import filled, gap_free
+
+    hz = rate_of(None if one.rate is None else one.rate.facts(), rate)
     if hz is None:
         raise DataError(f"{path}: has no times, or too few, to measure the rate of {one.name}; give `rate`")
+    how, short = None, 0
+    if most_s is not None:
+        signal, how = filled(one.samples, hz, one.unit, one.axes, most_s=most_s)
+        signals = [(0, signal)]
+    else:
+        pieces = gap_free(one.samples, hz, one.unit, one.axes)
+        signals = [(piece.first_index, piece.signal) for piece in pieces if piece.signal.seconds >= least_s]
+        short = len(pieces) - len(signals)
     report: dict[str, Any] = {
         "name": one.name,
         "axes": list(one.axes),
@@ -86,32 +162,22 @@ def _signals(
         "seconds": one.samples.shape[1] / hz,
         "rate": hz,
         "facts": one.facts,
-        "short": 0,
-        "filled": None,
+        "short": short,
+        "filled": how,
+        "signals": [
+            {"first_index": first, "samples": len(signal), "file": None} for first, signal in signals
+        ],
     }
-    if request.fill:
-        signal, report["filled"] = filled(one.samples, hz, one.unit, one.axes, most_s=request.most_s)
-        signals = [(0, signal)]
-    else:
-        pieces = gap_free(one.samples, hz, one.unit, one.axes)
-        signals = [
-            (piece.first_index, piece.signal) for piece in pieces if piece.signal.seconds >= request.least_s
-        ]
-        report["short"] = len(pieces) - len(signals)
-    report["signals"] = [
-        {"first_index": first, "samples": len(signal), "file": None} for first, signal in signals
-    ]
-    return report, signals
+    return one, report, signals
 
 
-Found = list[tuple[dict[str, Any], list[tuple[int, Signal]]]]
+def _write(out: Path, extracted: list[Extracted], path: Path) -> None:
+    from tactogram.signal.io import write_signal
 
-
-def _write(out: Path, found: Found, logged: list[SensorLog], path: Path) -> None:
-    several = sum(len(signals) for _, signals in found) > 1
+    several = sum(len(signals) for *_, signals in extracted) > 1
     number = 0
-    for (report, signals), one in zip(found, logged, strict=True):
-        for place, (first, signal) in enumerate(signals):
+    for one, report, signals in extracted:
+        for listed, (first, signal) in zip(report["signals"], signals, strict=True):
             number += 1
             target = out.with_name(f"{out.stem}-{number:03d}{out.suffix}") if several else out
             metadata = {
@@ -123,28 +189,31 @@ def _write(out: Path, found: Found, logged: list[SensorLog], path: Path) -> None
                 **({"notes": notes} if (notes := one.facts.get("notes")) else {}),
             }
             write_signal(target, signal, metadata=metadata)
-            report["signals"][place]["file"] = str(target)
+            listed["file"] = str(target)
 
 
-def _store(data: Path, found: Found, logged: list[SensorLog], request: LogRequest) -> dict[str, Any]:
-    recordings, path = [], Path(request.path)
-    for (report, signals), one in zip(found, logged, strict=True):
-        how = report["filled"]
-        done = "pieces between gaps" if how is None else f"{how['samples']} samples filled"
-        for first, signal in signals:
-            recordings.append(
-                Recording(
-                    streams={STREAM_OF_UNIT.get(signal.unit, "signal"): signal},
-                    source=f"{path.name}#{one.name}@{first}",
-                    labels={"sensor": one.name},
-                    history=("read from a log", *one.facts.get("notes", ()), done),
-                    simulated=one.simulated,
-                    material=request.material,
-                    speed_mm_s=request.speed_mm_s,
-                    force_n=request.force_n,
-                    contactor=request.contactor,
-                )
-            )
+def _store(data: Path, extracted: list[Extracted], path: Path, touched: dict[str, Any]) -> dict[str, Any]:
+    from tactogram.datasets import Recording, add_recordings, create_store, open_store
+    from tactogram_capture.session.take import STREAM_OF_UNIT
+
+    recordings = [
+        Recording(
+            streams={STREAM_OF_UNIT.get(signal.unit, "signal"): signal},
+            source=f"{path.name}#{one.name}@{first}",
+            labels={"sensor": one.name},
+            history=(
+                "read from a log",
+                *one.facts.get("notes", ()),
+                f"{report['filled']['samples']} samples filled"
+                if report["filled"]
+                else "pieces between gaps",
+            ),
+            simulated=one.simulated,
+            **touched,
+        )
+        for one, report, signals in extracted
+        for first, signal in signals
+    ]
     before = len(open_store(data)) if data.exists() else 0
     if data.exists():
         store = add_recordings(open_store(data), recordings)

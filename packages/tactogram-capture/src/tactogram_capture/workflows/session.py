@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 from urllib.parse import quote
 
-from tactogram.datasets import open_store
 from tactogram.errors import TactogramError
 from tactogram.extras import device_errors, imported
-from tactogram.signal import Signal
-from tactogram.workflows import takes
-from tactogram_capture import Source, open_source
-from tactogram_capture.catalogue import parse_address
-from tactogram_capture.session.console import Console, LineConsole
-from tactogram_capture.session.journal import Journal
-from tactogram_capture.session.metronome import Metronome
+from tactogram.parameters import checked
+from tactogram_capture.catalogue import open_source, parse_address
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
-from tactogram_capture.session.session import Recognise, RecordingSession, session_folder
 from tactogram_capture.source import PlanFollower, TappedSource
-from tactogram_capture.workflows.requests import CaptureRequest
+
+if TYPE_CHECKING:
+    from tactogram.signal import Signal
+    from tactogram_capture.session.console import Console
+    from tactogram_capture.session.metronome import Metronome
+    from tactogram_capture.session.session import Recognise
+    from tactogram_capture.source import BlockListener
 
 
 def plans() -> dict[str, str]:
@@ -31,46 +30,97 @@ def plans() -> dict[str, str]:
     return {name: SessionPlan.load(name).title for name in shipped_plans()}
 
 
-@takes(CaptureRequest)
-def capture(request: CaptureRequest) -> dict[str, Any]:
-    """Run or continue a recording session; every accepted take is stored before the next one begins.
+@checked
+def capture(
+    plan: Path | str,
+    *,
+    source: str,
+    data: Path | str,
+    session: str = "",
+    subject: str | None = None,
+    changes: Mapping[str, Any] | None = None,
+    recognise: Path | str | None = None,
+    yes: bool = False,
+    silent: bool = False,
+    answers: TextIO | None = None,
+    console: Console | None = None,
+    metronome: Metronome | None = None,
+    heard: BlockListener | None = None,
+) -> dict[str, Any]:
+    """Record a session by a plan, or continue one; every accepted take is stored before the next one begins.
 
-    Keys of the result: ``store``, ``session``, ``folder`` (journal and raw logs), ``accepted``, ``redone``,
-    ``skipped``, ``left``, ``stopped``, ``recordings`` (in the store), ``sha256`` of the store, ``simulated``,
-    ``source`` (its facts).
+    ``answers`` is the source of answers without a terminal, by default stdin; ``console`` and ``metronome`` take the
+    place of those of the terminal. ``heard`` receives the source and each block as it is read, see `TappedSource`.
+
+    Parameters
+    ----------
+    plan : Path or str
+        A session plan: a TOML file, or one of --list.
+    source : str
+        Source of the samples: twelite:/dev/ttyUSB0, serial:PORT, lsl:NAME, audio:NAME, ni:Dev1/ai0:2, digilent:,
+        log:FILE, played:STORE.
+    data : Path or str
+        The store; made with the first take.
+    session : str
+        Name of the session (default: the plan and the subject).
+    subject : str, optional
+        Who strokes, as a code, since the store keeps it.
+    changes : mapping, optional
+        Change a value of the plan, as KEY=VALUE.
+    recognise : Path or str, optional
+        Run of a classifier that recognises each take.
+    yes : bool
+        Ask no questions: accept good takes, redo bad ones, skip after three.
+    silent : bool
+        No metronome.
+
+    Returns
+    -------
+    dict
+        ``store``, ``session``, ``folder`` (journal and raw logs), ``accepted``, ``redone``, ``skipped``, ``left``,
+        ``stopped``, ``recordings`` (in the store), ``sha256`` of the store, ``simulated``, ``source`` (its facts).
+
+    Raises
+    ------
+    ParameterError
+        If there is no such plan or kind of source, or a value of them is wrong.
+    DeviceError
+        If the source cannot be opened, or disappears; accepted takes are in the store.
+    DataError
+        If the session was begun with another plan, or another process uses it.
     """
-    subject = {"subject": request.subject} if request.subject else {}
-    values = SessionPlan.load(request.plan, changes={**(request.changes or {}), **subject})
-    store = Path(request.data)
-    stem = Path(request.plan).stem
-    name = request.session or values.session or "-".join(filter(None, (stem, values.subject)))
+    from tactogram.datasets import open_store
+    from tactogram_capture.session.journal import Journal
+    from tactogram_capture.session.metronome import Metronome
+    from tactogram_capture.session.session import RecordingSession, session_folder
+
+    of_subject = {"subject": subject} if subject else {}
+    values = SessionPlan.load(plan, changes={**(changes or {}), **of_subject})
+    store = Path(data)
+    name = session or values.session or "-".join(filter(None, (Path(plan).stem, values.subject)))
     folder = session_folder(store, name)
-    recognise = None if request.recognise is None else _recogniser(request.recognise)
+    classify = None if recognise is None else _recogniser(recognise)
     with ExitStack() as stack:
         journal = stack.enter_context(Journal(folder))
         log = _next_log(folder)
         try:
-            opened = open_source(with_log(request.source, log))
-            source = stack.enter_context(
-                opened if request.heard is None else TappedSource(opened, request.heard)
-            )
+            device = open_source(with_log(source, log))
+            opened = stack.enter_context(device if heard is None else TappedSource(device, heard))
         except BaseException:
             # The log was made before the device failed to open, and is empty.
             log.unlink(missing_ok=True)
             raise
-        console = request.console
         if console is None:
-            console = stack.enter_context(_console(request.yes, request.answers))
-        metronome = request.metronome
+            console = stack.enter_context(_console(yes, answers))
         if metronome is None:
-            audible = request.sound and values.metronome
-            metronome = _metronome(console) if audible else Metronome()
+            metronome = Metronome() if silent or not values.metronome else _metronome(console)
         run = RecordingSession(
-            values, store, name, source, console, journal,
-            metronome=metronome, recognise=recognise, on_trial=_on_trial(opened), log=log.name if log.exists() else "",
+            values, store, name, opened, console, journal,
+            metronome=metronome, recognise=classify, log=log.name if log.exists() else "",
+            on_trial=device.on_trial if isinstance(device, PlanFollower) else None,
         )  # fmt: skip
         result = run.run()
-        facts = source.facts()
+        facts = opened.facts()
     written = open_store(store) if store.exists() else None
     return {
         "store": str(store),
@@ -113,9 +163,11 @@ def _recogniser(run: Path | str) -> Recognise:
 
 def _console(yes: bool, answers: TextIO | None) -> Any:
     """Return the context of a console: a panel with keys on a terminal, lines elsewhere."""
+    from tactogram_capture.session.console import LineConsole
+
     keys = importlib.util.find_spec("termios") is not None  # Windows has none: answers are lines there
     if keys and not yes and answers is None and sys.stdin.isatty() and sys.stderr.isatty():
-        from tactogram_capture.session.terminal import TerminalConsole
+        from tactogram_capture.session.console import TerminalConsole
 
         return TerminalConsole()
     return LineConsole(None if yes else answers or sys.stdin)
@@ -123,6 +175,8 @@ def _console(yes: bool, answers: TextIO | None) -> Any:
 
 def _metronome(console: Console) -> Metronome:
     """Return a metronome on a loudspeaker if there is one, else silence."""
+    from tactogram_capture.session.metronome import Metronome
+
     try:
         sounddevice = imported("sounddevice", extra="devices", what="an audible metronome")
         with device_errors("loudspeaker", library="sounddevice"):
@@ -135,8 +189,3 @@ def _metronome(console: Console) -> Metronome:
         sounddevice.play(signal.samples[0], int(signal.rate))
 
     return Metronome(play, sounddevice.stop)
-
-
-def _on_trial(source: Source) -> Callable[[Any], None] | None:
-    """Return a callback that tells a simulated device its next stroke; None for real ones."""
-    return source.on_trial if isinstance(source, PlanFollower) else None

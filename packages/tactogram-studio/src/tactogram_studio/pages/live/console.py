@@ -1,4 +1,4 @@
-"""Console of a recording session on a page, as `tactogram_capture.session.terminal` is on a terminal."""
+"""Console of a recording session on a page, as `tactogram_capture.session.console` is on a terminal."""
 
 from __future__ import annotations
 

@@ -163,8 +163,8 @@ class LiveRunner:
 
             return lambda: capture(
                 request.plan,
-                request.source,
-                request.data,
+                source=request.source,
+                data=request.data,
                 session=request.session_name,
                 changes=request.changes,
                 recognise=request.run or None,
@@ -175,7 +175,9 @@ class LiveRunner:
         if request.run:
             from tactogram_capture.workflows.live import live
 
-            return lambda: live(request.run, request.source, show=self._show_guess, heard=self._hear)
+            return lambda: live(
+                request.run, source=request.source, on_window=self._show_guess, heard=self._hear
+            )
         return lambda: self._watch(request.source)
 
     def _watch(self, address: str) -> dict[str, Any]:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tactogram_capture.twelite.messages import Packet
-from tactogram_capture.twelite.sequence import LONGEST_GAP, MOST_LOST, Timeline
+from tactogram_capture.twelite.source import LONGEST_GAP, MOST_LOST, Timeline
 
 
 def packet(sequence, arrival=float("nan"), *, mode="fifo", value=None):

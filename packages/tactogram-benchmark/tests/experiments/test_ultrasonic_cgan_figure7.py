@@ -119,7 +119,7 @@ def test_figure_7_of_real_answers_is_made_by_the_same_command(tmp_path, made_up)
 
 @pytest.mark.parametrize("groups", ["", "A,F", "a"])
 def test_groups_that_are_none_are_refused(tmp_path, groups):
-    with pytest.raises(ParameterError, match="groups must be of A, B, C, D, E"):
+    with pytest.raises(ParameterError, match="groups must be some of A, B, C, D, E"):
         ultrasonic_cgan_figure7.run(tmp_path, paper=False, progress=silent, groups=groups)
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram_benchmark.experiments import stroke_cnn_table2
-from tactogram_benchmark.experiments.reproduce import reproduce
+from tactogram_benchmark.experiments.catalogue import reproduce
 
 
 @pytest.fixture

@@ -11,9 +11,9 @@ from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram_benchmark.experiments import stroke_gan_figures, stroke_gan_mixing
-from tactogram_benchmark.experiments.nine_textures import IN_RECORDINGS, materials_of
-from tactogram_benchmark.experiments.reproduce import reproduce
-from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN, spread_of
+from tactogram_benchmark.experiments.artifacts import IN_RECORDINGS, materials_of, spread
+from tactogram_benchmark.experiments.catalogue import reproduce
+from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN
 
 MATERIALS = sorted((*SEEN, END))
 
@@ -108,10 +108,10 @@ def test_an_unknown_option_is_refused_before_anything_is_made(tmp_path):
 
 
 def test_what_is_not_known_is_not_averaged():
-    found = spread_of([0.2, None, 0.4])
+    found = spread([0.2, None, 0.4])
     assert found["mean"] == pytest.approx(0.3)
     assert (found["known"], found["values"]) == (2, [0.2, None, 0.4])
-    assert spread_of([None]) == {"mean": None, "sd": None, "known": 0, "values": [None]}
+    assert spread([None]) == {"mean": None, "sd": None, "known": 0, "values": [None]}
 
 
 def test_the_nine_textures_are_found_by_the_names_of_the_recordings(tmp_path):

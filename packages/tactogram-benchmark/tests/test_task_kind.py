@@ -11,10 +11,9 @@ from tactogram import models
 from tactogram.errors import ParameterError
 from tactogram.workflows.progress import silent
 from tactogram_benchmark import ignoring
+from tactogram_benchmark.data import items_of, mean_scores, rated_examples
 from tactogram_benchmark.kinds import words
-from tactogram_benchmark.questions import check_answers
-from tactogram_benchmark.rated_items import items_of, mean_scores, rated_examples
-from tactogram_benchmark.task_kind import kind_of
+from tactogram_benchmark.task_kind import check_answers, kind_of
 from tactogram_benchmark.training import training_plan
 
 

@@ -1,3 +1,5 @@
+"""A tap on a source: its listener, and the source behind it."""
+
 import numpy as np
 import pytest
 

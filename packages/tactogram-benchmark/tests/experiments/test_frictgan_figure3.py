@@ -67,8 +67,11 @@ def test_every_method_has_every_measure_and_mixes_lie_between(tmp_path, fabrics,
 
 
 def test_fabrics_are_those_of_the_store(tmp_path, fabrics, asked):
-    for names, message in (("coarse", "at least two of coarse, fine"), ("coarse,felt", "among coarse, fine")):
+    for names, message in (
+        ("coarse", "at least two of coarse, fine"),
+        ("coarse,felt", "some of coarse, fine"),
+    ):
         with pytest.raises(ParameterError, match=f"fabrics must be {message}"):
             figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), fabrics=names)
-    with pytest.raises(ParameterError, match="ablations must be among without critic, without L1"):
+    with pytest.raises(ParameterError, match="ablations must be some of without critic, without L1"):
         figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), ablations="noise")

@@ -3,8 +3,6 @@
 import dataclasses
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +11,11 @@ import pytest
 from tactogram.cli import main
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.progress import silent
-from tactogram_benchmark.outside import score_answers, write_questions
-from tactogram_benchmark.page import write_table
+from tactogram_benchmark.outside import write_questions
 from tactogram_benchmark.result import BenchmarkResult, brief, check_result, committed_results
-from tactogram_benchmark.run import run_benchmark
 from tactogram_benchmark.task import available_tasks
 from tactogram_benchmark.task_kind import kind_of
+from tactogram_benchmark.workflows import rank_results, run_benchmark
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "benchmark_numpy.py"
 MODELS = ["linear_discriminant", "stroke_cnn", "replay", "ar_texture", "mean"]
@@ -29,7 +26,7 @@ def results(tasks):
     """Give the folder of results of several models on three tasks."""
     options = {"folder": tasks.work, "task_folders": [tasks.folder]}
     for names, models, seeds in ((["name"], MODELS[:2], 2), (["generate", "rate"], MODELS[2:], 1)):
-        report = run_benchmark(names, models, seeds=seeds, **options)
+        report = run_benchmark([*names, *models], seeds=seeds, **options)
         assert report["failed"] == []
     return Path(report["out"])
 
@@ -51,7 +48,7 @@ def test_a_run_goes_on_and_keeps_what_is_there(results, tasks):
     before = {file: file.stat().st_mtime_ns for file in results.glob("*/*.json")}
     (results / "name" / "linear_discriminant-0.json").unlink()
     options = {"folder": tasks.work, "task_folders": [tasks.folder], "seeds": 2}
-    report = run_benchmark(["name"], MODELS[:2], **options)
+    report = run_benchmark(["name", *MODELS[:2]], **options)
     assert (report["results"], report["kept"]) == (1, 2)
     again = {file: file.stat().st_mtime_ns for file in results.glob("*/*.json")}
     changed = {file.name for file in again if before.get(file) != again[file]}
@@ -60,7 +57,7 @@ def test_a_run_goes_on_and_keeps_what_is_there(results, tasks):
 
 def test_the_same_seed_gives_the_same_figures(results, tasks, tmp_path):
     run_benchmark(
-        ["generate"], ["ar_texture"], seeds=1, folder=tasks.work, out=tmp_path, task_folders=[tasks.folder]
+        ["generate", "ar_texture"], seeds=1, folder=tasks.work, out=tmp_path, task_folders=[tasks.folder]
     )
     one, other = (BenchmarkResult.load(f / "generate" / "ar_texture-0.json") for f in (results, tmp_path))
     assert one.figures == other.figures
@@ -75,19 +72,19 @@ def in_folder(folder, tasks):
 
 def test_a_long_training_is_stopped_and_continued_the_next_time(tasks, tmp_path):
     options = in_folder(tmp_path, tasks)
-    report = run_benchmark(["name"], ["stroke_cnn"], longest_min=1e-9, **options)
+    report = run_benchmark(["name", "stroke_cnn"], longest_min=1e-9, **options)
     assert len(report["failed"]) == 1
     assert "not trained within 1e-09 minutes" in report["failed"][0]
     file = tmp_path / "results" / "name" / "stroke_cnn-0.json"
     assert "not trained within" in BenchmarkResult.load(file).failed
-    assert run_benchmark(["name"], ["stroke_cnn"], **options)["failed"] == []
+    assert run_benchmark(["name", "stroke_cnn"], **options)["failed"] == []
     assert not BenchmarkResult.load(file).failed
 
 
 def test_a_result_by_another_recipe_is_measured_again(tasks, tmp_path):
     options = in_folder(tmp_path, tasks)
     for recipe, written in (("", 1), ("tiny", 1), ("tiny", 0)):
-        report = run_benchmark(["rate"], ["rater"], recipe=recipe, **options)
+        report = run_benchmark(["rate", "rater"], recipe=recipe, **options)
         assert (report["results"], report["failed"]) == (written, [])
         found = BenchmarkResult.load(tmp_path / "results" / "rate" / "rater-0.json")
         assert found.recipe == (recipe or "quick")
@@ -96,14 +93,13 @@ def test_a_result_by_another_recipe_is_measured_again(tasks, tmp_path):
 @pytest.mark.parametrize(
     ("names", "options", "message"),
     [
-        ((["nome"], []), {}, "task must be one of"),
-        (([], ["nome"]), {}, "no task or model is called 'nome': `tactogram benchmark list`"),
-        ((["name"], []), {"seeds": 4}, "seeds must be at most 3, those that the tasks state, got 4"),
+        (["nome"], {}, "no task or model is called 'nome': `tactogram benchmark list`"),
+        (["name"], {"seeds": 4}, "seeds must be at most 3, those that the tasks state, got 4"),
     ],
 )
 def test_what_is_not_there_is_refused_before_anything_is_simulated(tasks, tmp_path, names, options, message):
     with pytest.raises(ParameterError, match=message):
-        run_benchmark(*names, folder=tmp_path, task_folders=[tasks.folder], **options)
+        run_benchmark(names, folder=tmp_path, task_folders=[tasks.folder], **options)
     assert not (tmp_path / "stores").exists()
 
 
@@ -152,7 +148,8 @@ def test_a_mean_that_is_not_that_of_its_items_is_refused(results, tmp_path):
 
 
 def test_the_table_ranks_every_task(results, tasks):
-    report, text = write_table([results], task_folders=[tasks.folder])
+    ranked = rank_results([results], task_folders=[tasks.folder])
+    report, text = ranked["tasks"], ranked["text"]
     assert set(report) == {"name", "generate", "rate"}
     assert {row["model"] for row in report["name"]} == {"linear_discriminant", "stroke_cnn"}
     assert "tiny (simulated)" in text
@@ -195,32 +192,9 @@ def test_the_command_line_checks_and_prints(results, tasks, tmp_path, capsys, mo
     assert "out must end with .md, .html or .json" in capsys.readouterr().err.replace("--out", "out")
 
 
-@pytest.mark.parametrize("name", ["name", "none", "retrieve", "generate"])
-def test_plain_numpy_takes_part(tasks, tmp_path, name):
-    opened = tasks.open(name)
-    report = write_questions(opened, tmp_path / "questions")
-    assert report["train"] == len(opened.examples("train"))
-    command = [sys.executable, str(EXAMPLE), str(tmp_path / "questions"), str(tmp_path / "answers")]
-    subprocess.run(command, check=True, cwd=tmp_path)
-    results = score_answers(opened, tmp_path / "answers", tmp_path / "results")
-    assert len(results) == (3 if name == "generate" else 1)
-    for result in results:
-        check_result(
-            BenchmarkResult.load(result.file(tmp_path / "results")), available_tasks([tasks.folder]), where=""
-        )
-        assert (result.model, result.entry) == ("numpy_bands", "outside")
-        main_figure = result.main
-        better = (
-            main_figure.value < 1
-            if main_figure.better == "lower"
-            else main_figure.value > main_figure.ceiling
-        )
-        assert better, main_figure.value  # than another material, or chance
-
-
 def test_rows_that_ignore_the_input_have_several_seeds(tasks, tmp_path):
     options = in_folder(tmp_path, tasks) | {"seeds": 2}
-    assert run_benchmark(["rate"], ["random", "mean"], **options)["results"] == 4
+    assert run_benchmark(["rate", "random", "mean"], **options)["results"] == 4
     one, other = (BenchmarkResult.load(tmp_path / f"results/rate/random-{seed}.json") for seed in (0, 1))
     assert one.main.by_item != other.main.by_item
 
@@ -243,7 +217,7 @@ def test_results_of_data_that_may_not_be_passed_on_hold_groups_alone(tasks, tmp_
 def test_a_score_says_mean_and_rank_among_the_results(tasks, tmp_path, capsys, monkeypatch, results):
     monkeypatch.setenv("TACTOGRAM_TASKS", "")
     kept = tmp_path / "kept.json"
-    run_benchmark(["rate"], ["random", "mean"], **in_folder(tmp_path, tasks))
+    run_benchmark(["rate", "random", "mean"], **in_folder(tmp_path, tasks))
     found = [BenchmarkResult.load(file) for file in sorted(tmp_path.glob("results/rate/*.json"))]
     kept.write_text(brief(found))
     monkeypatch.setattr("tactogram_benchmark.result.COMMITTED", kept)
@@ -269,51 +243,6 @@ def test_a_score_says_mean_and_rank_among_the_results(tasks, tmp_path, capsys, m
     assert (facts["models"], facts["informed"]) == (3, False)
 
 
-def test_questions_tell_neither_materials_nor_what_the_judge_learns_from(tasks, tmp_path):
-    write_questions(tasks.open("generate"), tmp_path / "generate")
-    listed = json.loads((tmp_path / "generate" / "task.json").read_text())
-    ids = [question["id"] for question in listed["questions"]]
-    assert all(re.fullmatch("[0-9a-f]{16}", id) for id in ids)
-    assert ids == sorted(ids)  # in the store's order those of one material would be neighbours
-    report = write_questions(tasks.open("words"), tmp_path / "words")
-    assert "validation" not in report
-    assert {file.name for file in (tmp_path / "words").iterdir()} == {
-        "task.json",
-        "train.npz",
-        "questions.npz",
-    }
-
-
-def test_the_numpy_example_declines_what_it_cannot(tasks, tmp_path):
-    write_questions(tasks.open("rate"), tmp_path / "questions")
-    command = [sys.executable, str(EXAMPLE), str(tmp_path / "questions"), str(tmp_path / "answers")]
-    run = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert run.returncode == 1
-    assert run.stderr.startswith("rate: asks for scores")
-
-
-def test_answers_without_facts_or_files_are_refused(tasks, tmp_path):
-    opened = tasks.open("name")
-    with pytest.raises(DataError):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    (tmp_path / "about.json").write_text('{"model": "m y", "how": "?"}')
-    with pytest.raises(ParameterError, match=r"about.json: model: "):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    for taken in ("stroke_cnn", "linear_discriminant"):
-        (tmp_path / "about.json").write_text(json.dumps({"model": taken, "how": "by hand"}))
-        with pytest.raises(
-            ParameterError, match=f"model {taken} is one of this package; choose another name"
-        ):
-            score_answers(opened, tmp_path, tmp_path / "results")
-    (tmp_path / "about.json").write_text('{"model": "mine", "how": "by hand"}')
-    with pytest.raises(DataError, match=r"expected answers as 0.npz, 1.npz, … by seed, found none"):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    np.savez(tmp_path / "0.npz", other=np.ones(6))
-    with pytest.raises(ParameterError, match="expected an answer to each of 12 questions"):
-        score_answers(opened, tmp_path, tmp_path / "results")
-    assert not (tmp_path / "results").exists()
-
-
 def test_a_model_of_a_folder_takes_part(tasks, tmp_path):
     source = Path(__file__).parents[3] / "src" / "tactogram" / "models" / "replay"
     (tmp_path / "models" / "echo").mkdir(parents=True)
@@ -324,7 +253,7 @@ def test_a_model_of_a_folder_takes_part(tasks, tmp_path):
     (tmp_path / "models" / "echo" / "recipes").mkdir()
     (tmp_path / "models" / "echo" / "recipes" / "quick.toml").write_text('model = "echo"\n')
     report = run_benchmark(
-        ["generate"], ["echo"], seeds=1, folder=tasks.work, out=tmp_path / "results",
+        ["generate", "echo"], seeds=1, folder=tasks.work, out=tmp_path / "results",
         task_folders=[tasks.folder], model_folders=[tmp_path / "models"],
     )  # fmt: skip
     assert report["failed"] == []

@@ -1,1 +1,0 @@
-"""Session plans that come with the package: one TOML file each."""
