@@ -137,7 +137,7 @@ def test_options_are_spelt_like_parameters_but_for_some():
     assert (flags["source"], flags["rate"], flags["changes"]) == ("source", "--rate", "--set")
 
 
-def shown(out: Path | str = "", *, show):
+def shown(out: Path | str, *, show):
     """Print while running.
 
     Parameters
@@ -148,13 +148,18 @@ def shown(out: Path | str = "", *, show):
     show({"out": str(out)}, f"wrote {out}")
 
 
-def test_a_function_may_print_by_itself(capsys):
-    assert run("shown", FunctionVerb(f"{__name__}:shown", str), ["a.wav"]) == 0
-    assert capsys.readouterr().out == "wrote a.wav\n"
+def test_a_function_may_print_by_itself_and_its_out_is_an_option(tmp_path, capsys):
+    verb = FunctionVerb(f"{__name__}:shown", str)
+    assert run("shown", verb, ["--out", str(tmp_path / "a.wav")]) == 0
+    assert capsys.readouterr().out == f"wrote {tmp_path / 'a.wav'}\n"
+    assert run("shown", verb, ["a.wav"]) == 2
+    assert flags_of(verb) == {"out": "--out"}
 
 
 def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
-    verb = VERB._replace(status=lambda result: result["count"], listing=("list", lambda show: show([], "all")))
+    verb = VERB._replace(
+        status=lambda result: result["count"], listing=("list", lambda show: show([], "all"))
+    )
     assert run("mix", verb, ["--list"]) == 0
     assert capsys.readouterr().out == "all\n"
     assert run("mix", verb, ["a.wav", "--count", "4"]) == 4

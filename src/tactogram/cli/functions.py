@@ -8,10 +8,13 @@ from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
 from types import UnionType
-from typing import Annotated, Any, NamedTuple, Union, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from tactogram.cli.folders import FOLDERS, further_folders
 from tactogram.cli.printing import Printer
+
+if TYPE_CHECKING:
+    from tactogram.parameters import Parameter
 
 SPELLING = {
     "changes": "--set",
@@ -38,7 +41,7 @@ class FunctionVerb(NamedTuple):
     """A verb: its function as ``module:name``, and the text of its result for people.
 
     A parameter ``progress`` of the function gets the progress bar, and ``show`` the `Printer`, for a verb that prints
-    while it runs; a result of None is not printed.
+    while it runs; a result of None is not printed. ``out`` is an option, wherever the function takes it.
     """
 
     function: str
@@ -125,7 +128,7 @@ def flags_of(verb: FunctionVerb) -> dict[str, str]:
     """Return how the command line calls each parameter of a verb."""
     from tactogram.parameters import parameters
 
-    return {one.name: one.name if one.positional else spelt(one.name) for one in parameters(verb.load())}
+    return {one.name: one.name if _by_place(one) else spelt(one.name) for one in parameters(verb.load())}
 
 
 def options_of(
@@ -135,7 +138,7 @@ def options_of(
 
     ``function`` is None for ``--list``, whose help ``listing`` is.
     """
-    from cyclopts import Parameter
+    from cyclopts import Parameter as CommandParameter
 
     from tactogram.parameters import parameters
 
@@ -145,7 +148,7 @@ def options_of(
         if not positional:
             facts["name"] = spelt(name)
         place = Argument.POSITIONAL_ONLY if positional else Argument.KEYWORD_ONLY
-        return Argument(name, place, default=default, annotation=Annotated[kind, Parameter(**facts)])
+        return Argument(name, place, default=default, annotation=Annotated[kind, CommandParameter(**facts)])
 
     made = [
         argument(
@@ -153,7 +156,7 @@ def options_of(
             str if one.kind is Any else _form(one.kind),
             one.default,
             one.text,
-            positional=one.positional,
+            positional=_by_place(one),
         )
         for one in (parameters(function) if function is not None else ())
     ]
@@ -163,6 +166,10 @@ def options_of(
     made.append(argument("json", bool, False, "print one JSON object"))
     made.append(argument("quiet", bool, False, "show no progress"))
     return Signature(made)
+
+
+def _by_place(parameter: Parameter) -> bool:
+    return parameter.positional and parameter.name != "out"
 
 
 def _form(kind: Any) -> Any:

@@ -7,10 +7,10 @@ import pytest
 from tactogram.cli import main
 from tactogram.errors import ParameterError
 from tactogram_study.designs import find_design
-from tactogram_study.power.table import PowerTable
+from tactogram_study.power.table import PowerTable, power_text
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.analysis import analyse_study, targets_of
-from tactogram_study.workflows.power import _power_text, power_options, study_power
+from tactogram_study.workflows.power import power_options, study_power
 
 
 @pytest.fixture
@@ -75,9 +75,9 @@ def test_ratings_of_an_export_need_only_their_design(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--margin", "which"], "QUESTION=VALUE"),
+        (["--margin", "which"], "--margin must be KEY=VALUE"),
         (["--margin", "weight=1"], "a margin must be for one of"),
-        (["--column", "participant"], "NAME=HEADING"),
+        (["--column", "participant"], "--column must be KEY=VALUE"),
         (["--draws", "1"], "at least 100"),
         (["--targets", "nowhere.csv"], "no such table of target ratings"),
     ],
@@ -127,9 +127,9 @@ def test_a_size_at_which_the_test_itself_errs_is_named():
     design = find_design("pairwise")
     table = PowerTable("pairwise", design.power["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
     method = design.power_method("strengths")
-    assert "With 20 x 30 (participants x trials) the test has false positives" in _power_text(table, method)
+    assert "With 20 x 30 (participants x trials) the test has false positives" in power_text(table, method)
     right = replace(table, rows=tuple(rows[1:]))
-    assert "what is not there more often" not in _power_text(right, method)
+    assert "what is not there more often" not in power_text(right, method)
 
 
 def test_a_studys_own_margin_and_trials_are_taken_for_its_power():

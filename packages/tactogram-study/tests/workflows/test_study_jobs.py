@@ -111,7 +111,7 @@ def test_the_shipped_studies_are_listed(capsys):
         ),
         (
             ["simulate", "STUDY", "--out", "OUT", "--participants", "0"],
-            "participants must be at least 1, got 0",
+            "participants must be greater than or equal to 1, got 0",
         ),
         (["export", "OUT"], "export needs a target: --out, --bids, or both"),
         (["export", "OUT", "--out", "a.csv"], "no study was begun here"),

@@ -7,13 +7,15 @@ between people.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tactogram.errors import ParameterError
+from tactogram.workflows import ProgressCallback, silent
+from tactogram_study.analysis.findings import ALPHA, table_lines
 from tactogram_study.power.assumptions import PowerAssumptions
 from tactogram_study.power.methods import PowerMethod, StudyBatch
 
@@ -65,36 +67,21 @@ def power_table(
     design: type[Design],
     name: str,
     *,
-    participants: Sequence[int] = (),
-    trials: Sequence[int] = (),
-    effect: float | None = None,
-    person_sd: float | None = None,
-    trial_sd: float | None = None,
-    margin: float | None = None,
-    items: int | None = None,
     simulations: int = 2000,
     seed: int = 0,
-    alpha: float = 0.05,
-    progress: Callable[[str, int, int], None] = lambda task, done, total: None,
+    alpha: float = ALPHA,
+    progress: ProgressCallback = silent,
+    **assumptions: Any,
 ) -> PowerTable:
     """Return the power of studies of each size, and their rate of false alarms.
 
-    The assumptions of one of the design's ``power`` tables, by ``name``, are the defaults. With n simulations per row a
+    ``assumptions`` replace values of one of the design's ``power`` tables, by ``name``. With n simulations per row a
     share near .05 is known to about ± 2 sqrt(.05 .95 / n). ``progress`` is called with a task, and the numbers of its
     simulated participants, or sizes, done and in all. Raises `ParameterError` if a number is out of range.
     """
     if simulations < 100 or not 0 < alpha < 0.5:
         raise ParameterError(f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}")
-    chosen = {
-        "effect": effect,
-        "person_sd": person_sd,
-        "trial_sd": trial_sd,
-        "margin": margin,
-        "items": items,
-    }
-    sizes = {"participants": tuple(participants) or None, "trials": tuple(trials) or None}
-    values: dict[str, Any] = {key: value for key, value in (chosen | sizes).items() if value is not None}
-    assumed = replace(design.power[name], **values)
+    assumed = replace(design.power[name], **assumptions)
     method = design.power_method(assumed.kind)
     _check(assumed)
     method.check(assumed)
@@ -118,7 +105,7 @@ def _equivalence_from(
     assumed: PowerAssumptions,
     alpha: float,
     seed: int,
-    progress: Callable[[str, int, int], None],
+    progress: ProgressCallback,
 ) -> dict[int, int | None]:
     """Return the number of participants from which equivalence is shown often enough, by trials of each."""
     found: dict[int, int | None] = {}
@@ -154,3 +141,52 @@ def _check(assumed: PowerAssumptions) -> None:
             "person_sd and trial_sd must be >= 0 and margin > 0, "
             f"got {assumed.person_sd:g}, {assumed.trial_sd:g}, {assumed.margin:g}"
         )
+
+
+def power_text(found: PowerTable, method: PowerMethod) -> str:
+    """Return a power table as text, with what was assumed."""
+    assumed = found.assumed
+    error = 2 * math.sqrt(0.05 * 0.95 / found.simulations)
+    lines = [
+        f"What a study of design {found.design} can show, by {found.simulations} studies of simulated participants per "
+        f"row (a share of .05 is known to ±{error:.3f}).",
+        f"Effect: {assumed.effect:g} {assumed.effect_text}; person_sd {assumed.person_sd:g}, "
+        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}, alpha {found.alpha:g}"
+        f"{f', {assumed.items} items' if assumed.items else ''}; a trial: {assumed.trials_text}.",
+        f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
+    ]
+    lines += method.notes()
+    return "\n".join(
+        [*lines, *_errs(found), *_reached(found, of_pairs=method.of_pairs), "", *table_lines(found.rows)]
+    )
+
+
+def _errs(found: PowerTable) -> list[str]:
+    """Return the sizes at which the confirmatory test has more false positives than alpha, beyond chance."""
+    most = found.alpha + 3 * math.sqrt(found.alpha * (1 - found.alpha) / found.simulations)
+    wrong = [f"{row['participants']} x {row['trials']}" for row in found.rows if row["type_1"] > most]
+    return (
+        [
+            f"With {', '.join(wrong)} (participants x trials) the test has false positives more often than "
+            f"{found.alpha:g}: take more of either."
+        ]
+        if wrong
+        else []
+    )
+
+
+def _reached(found: PowerTable, *, of_pairs: bool) -> list[str]:
+    """Return the number of participants needed to show equivalence, in a sentence for each number of trials."""
+    margin = f"{'of a pair ' if of_pairs else ''}within ±{found.assumed.margin:g}"
+
+    def each(trials: int) -> str:
+        return f"With {trials} trial{'s' if trials > 1 else ''} each"
+
+    return [
+        f"{each(trials)}, equivalence {margin} is not shown in {ENOUGH:.0%} of studies even by {TRIED[-1]} "
+        "participants: take more trials or a wider margin."
+        if people is None
+        else f"{each(trials)} it takes about {people} participants to show equivalence {margin} in "
+        f"{ENOUGH:.0%} of studies."
+        for trials, people in found.equivalence_from.items()
+    ]

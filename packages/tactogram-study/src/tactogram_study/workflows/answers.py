@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.parameters import checked
 from tactogram.signal.io import write_text
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
@@ -72,7 +73,7 @@ def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[
             export_study(folder, bids=whole)
         else:
             whole.mkdir()
-            export_study(folder, table=whole / "answers.csv")
+            export_study(folder, out=whole / "answers.csv")
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
             for path in sorted(whole.rglob("*")):
@@ -81,28 +82,48 @@ def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[
     return f"{name}-{kind}.zip", packed.getvalue()
 
 
+@checked
 def export_study(
     folder: Path | str,
     *,
-    table: Path | str | None = None,
+    out: Path | str | None = None,
     bids: Path | str | None = None,
     salvage: bool = False,
 ) -> dict[str, Any]:
-    """Write the answers of a session folder as a tidy table, as a BIDS folder, or both.
+    """Write the answers of a session as a tidy table or a BIDS folder.
 
-    ``table``: ``.csv``, ``.tsv`` or ``.parquet``. Its companion files are the study (``.study.json``), the participants
-    with device facts (``.participants.csv``), and the experimenter's notes (``.notes.csv``). ``bids``: a new folder.
-    ``salvage``: whether to read a damaged session: the table holds every readable answer, with the study beside it
-    where that is readable. The result has the least number of answers that are ``lost``.
+    Companion files of the table are the study (``.study.json``), the participants (``.participants.csv``) and the notes
+    (``.notes.csv``).
 
-    Raises `DamagedSessionError` if the session is damaged, without ``salvage``.
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+    out : Path or str, optional
+        A tidy table: .csv, .tsv or .parquet.
+    bids : Path or str, optional
+        A BIDS folder, which must be new.
+    salvage : bool
+        Damaged session: write every answer that can still be read into the table, with the study beside it where that
+        is readable.
+
+    Returns
+    -------
+    dict
+        Numbers of answers and participants, and the files; of a damaged session the least number of answers that are
+        ``lost``.
+
+    Raises
+    ------
+    DamagedSessionError
+        If the session is damaged, without ``salvage``.
     """
-    if table is None and bids is None:
-        raise ParameterError("export needs a target: `table`, `bids`, or both")
+    if out is None and bids is None:
+        raise ParameterError("export needs a target: `out`, `bids`, or both")
     if salvage:
-        if table is None or bids is not None:
-            raise ParameterError("`salvage` writes a table alone: give `table`, and no `bids`")
-        return _salvage(Path(folder), Path(table))
+        if out is None or bids is not None:
+            raise ParameterError("`salvage` writes a table alone: give `out`, and no `bids`")
+        return _salvage(Path(folder), Path(out))
     with SessionStore(Path(folder)) as store:
         answers = store.answers()
         facts = _facts(answers) | {
@@ -110,8 +131,8 @@ def export_study(
             "withdrawn": store.withdrawn,
             "notes": len(store.notes()),
         }
-        if table is not None:
-            path = Path(table)
+        if out is not None:
+            path = Path(out)
             write_answers(path, answers)
             participants, notes = write_companion_tables(path, store)
             facts |= {
