@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_study.session.sitting import consent_sha256
+from tactogram_study.session.progress import consent_sha256
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.wording import wordings
 

@@ -15,7 +15,6 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validat
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
 from tactogram.validation import Fault, faults, validated, with_changes
-from tactogram_study import studies as _studies
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
 from tactogram_study.orders import Rule
@@ -244,5 +243,5 @@ def _difference(one: Any, other: Any, place: str = "") -> str:
 
 def shipped_studies() -> dict[str, Path]:
     """Return the studies that come with the package, by name."""
-    [folder] = map(Path, _studies.__path__)
+    folder = Path(__file__).parent / "studies"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}

@@ -11,7 +11,7 @@ from tactogram_study.designs.analysis.pairwise import (
     shown_and_equal,
     simulated_preferences,
 )
-from tactogram_study.statistics.clustered import pooled_share
+from tactogram_study.statistics import pooled_share
 
 
 def test_of_two_items_the_error_is_that_of_a_share_by_participant():

@@ -2,7 +2,7 @@ import pytest
 
 from tactogram.errors import ParameterError
 from tactogram_study.analysis.findings import AnalysisSection, Finding
-from tactogram_study.session.sitting import next_page
+from tactogram_study.session.progress import next_page
 from tactogram_study.simulated_participants import simulated_answers
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.trials import PageAnswers, Participant

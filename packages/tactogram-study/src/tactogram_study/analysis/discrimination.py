@@ -26,8 +26,13 @@ from tactogram_study.analysis.findings import (
     share_columns,
 )
 from tactogram_study.answers import Answers
-from tactogram_study.statistics.clustered import pooled_share
-from tactogram_study.statistics.shares import corrected, share_equivalence, share_of, smallest_significant
+from tactogram_study.statistics import (
+    corrected,
+    pooled_share,
+    share_equivalence,
+    share_of,
+    smallest_significant,
+)
 
 CORRECT = "share correct"
 DPrime = Callable[[float], float]

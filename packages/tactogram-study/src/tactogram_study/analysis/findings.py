@@ -12,14 +12,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from tactogram.errors import DataError
-from tactogram_study.answers import Answers
+from tactogram_study.planned import ALPHA
 
 if TYPE_CHECKING:
-    from tactogram_study.statistics.clustered import EffectEstimate
-    from tactogram_study.statistics.shares import ShareEstimate  # with it comes statsmodels
-
-ALPHA = 0.05
-"""A difference is shown if p is below, unless the study has another."""
+    from tactogram_study.answers import Answers
+    from tactogram_study.statistics import EffectEstimate, ShareEstimate
 
 Role = Literal["confirmatory", "as printed", "check"]
 HEADINGS: Mapping[Role, str] = {

@@ -4,7 +4,7 @@ GROUPS = {
     "study": "experiments with people: check, run, simulate, export, analyse",
 }
 VERBS = {
-    "verbs": {
+    "studying": {
         "study list": "List the studies that come with the package.",
         "study designs": "List the designs that a study can have, with their margins and power tables.",
         "study languages": "List the languages of participants' pages, or print the texts of one.",

@@ -23,12 +23,12 @@ from tactogram.errors import ParameterError
 from tactogram_study.analysis.bradley_terry import bradley_terry, curvature
 from tactogram_study.designs.design import Design, MarginScale, ab_question
 from tactogram_study.orders import generator
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.trials import DesignContext, History, Page, PageQuestion, Participant
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:
-    from tactogram_study.simulated_participants import SimulatedParticipant
+    from tactogram_study.simulated_observer import SimulatedObserver
 
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(61)
 """61 nodes give the expected information to 2e-6 bits for differences of sd up to 3."""
@@ -111,7 +111,7 @@ class PairwiseComparison(Design):
         return {"trials": (self.total(setting),), "items": len(setting.stimuli)}
 
     @classmethod
-    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedObserver) -> str:
         """Return the item that a participant prefers, by the difference of strengths for this participant."""
         gap = participant.strength(question.stimulus, question.condition)
         gap -= participant.strength(question.other, question.other_condition)

@@ -21,7 +21,7 @@ from pydantic import Field, model_validator
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question, check_standard
 from tactogram_study.orders import generator
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.trials import DesignContext, History, Page, Participant, Slot
 from tactogram_study.wording import Wording, text_field
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
-    from tactogram_study.simulated_participants import SimulatedParticipant
+    from tactogram_study.simulated_observer import SimulatedObserver
 
 ANALYSIS = "tactogram_study.designs.analysis.staircase"
 BELOW_START_DB = 20.0
@@ -149,7 +149,7 @@ class Staircase(Design):
         return {"trials": (typical_trials(self),)}
 
     @classmethod
-    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedObserver) -> float:
         """Return the share correct at the intensity of a trial: a cumulative normal above guessing, with lapses."""
         from scipy.special import ndtr
 

@@ -27,7 +27,6 @@ from tactogram_study.participants.bodies import (
     PageResponse,
     finite_json,
 )
-from tactogram_study.participants.every_language import paragraphs
 from tactogram_study.participants.refusals import (
     OutdatedPageError,
     RateLimiter,
@@ -45,7 +44,7 @@ from tactogram_study.participants.stimulus_routes import add_finger_route, add_s
 from tactogram_study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram_study.session.progress import ParticipantState
 from tactogram_study.trials import Participant
-from tactogram_study.wording import complete_texts, language_texts
+from tactogram_study.wording import complete_texts, language_texts, paragraphs
 
 STATIC = Path(__file__).parent / "static"
 MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}

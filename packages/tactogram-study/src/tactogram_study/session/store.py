@@ -31,11 +31,12 @@ from tactogram_study.session.progress import (
     NOT_BEGUN,
     ParticipantState,
     State,
+    answer_rows,
+    declined,
     page_after,
     parse_pages,
     stored_pages,
 )
-from tactogram_study.session.sitting import answer_rows, declined
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import Page, PageAnswers, Participant

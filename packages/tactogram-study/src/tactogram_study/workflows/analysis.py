@@ -18,11 +18,12 @@ from tactogram.datasets import SEVEN_POINT, read_cells, read_table, scale_of
 from tactogram.errors import DataError, ParameterError
 from tactogram.parameters import checked
 from tactogram.signal.io import atomic_write, check_writable, write_text
-from tactogram_study.analysis.findings import ALPHA, AnalysisSection, Finding
+from tactogram_study.analysis.findings import AnalysisSection, Finding
 from tactogram_study.answers import Answers, Targets
 from tactogram_study.designs import designs, find_design
+from tactogram_study.planned import AnalysisPlan
 from tactogram_study.practice import MARK
-from tactogram_study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
+from tactogram_study.study_analysis import StudyAnalysis, analyse
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.answers import open_answers, study_of
 
@@ -114,8 +115,8 @@ def analyse_study(
         answers = practice_of(answers)
     study = study_of(Path(source))
     scale = scale_of(targets_scale) if isinstance(targets_scale, str) else targets_scale
-    plan = _plan(
-        study,
+    plan = AnalysisPlan.of(
+        None if study is None else study.planned,
         margins,
         alpha=alpha,
         targets=None if targets is None else targets_of(Path(targets), scale=scale),
@@ -175,15 +176,6 @@ def practice_of(answers: Answers) -> Answers:
     if not len(kept):
         raise DataError("answers hold no practice trials")
     return Answers(tuple(replace(row, design=row.more.get(MARK, "")) for row in kept))
-
-
-def _plan(
-    study: Study | None, margins: Mapping[str, float] | None, *, alpha: float | None, **options: Any
-) -> AnalysisPlan:
-    if study is None:
-        return AnalysisPlan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
-    planned = study.planned
-    return AnalysisPlan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
 
 
 def _figures(

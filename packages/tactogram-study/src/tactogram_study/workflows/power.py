@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from tactogram.errors import ParameterError
 from tactogram.parameters import checked
 from tactogram.workflows import ProgressCallback, silent
 from tactogram_study.designs.catalogue import power_tables
+from tactogram_study.planned import ALPHA
 from tactogram_study.study_file import Study, shipped_studies
 
 
@@ -29,7 +31,7 @@ def study_power(
 ) -> dict[str, Any]:
     """Compute the power of a study before it is run: exactly, and with simulated participants.
 
-    ``progress`` is called as by `tactogram_study.power.table.power_table`.
+    ``progress`` is called as by `tactogram_study.power.power_table`.
 
     Parameters
     ----------
@@ -57,7 +59,7 @@ def study_power(
     Returns
     -------
     dict
-        The values of a `tactogram_study.power.table.PowerTable`, and its ``text``.
+        The values of a `tactogram_study.power.PowerTable`, and its ``text``.
 
     Raises
     ------
@@ -65,7 +67,7 @@ def study_power(
         If there is no such table or study, or a number is out of the table's range.
     """
     from tactogram_study.analysis.findings import finite
-    from tactogram_study.power.table import power_table, power_text
+    from tactogram_study.power import power_table, power_text
 
     name, tables, options = str(design), power_tables(), dict[str, Any]()
     if name not in tables and (name in shipped_studies() or Path(name).is_file()):
@@ -85,9 +87,14 @@ def study_power(
         "items": items,
     }
     options |= {key: value for key, value in given.items() if value is not None and value != ()}
-    found = power_table(tables[name], name, simulations=simulations, seed=seed, progress=progress, **options)
+    alpha = options.pop("alpha", ALPHA)
+    assumed = replace(tables[name].power[name], **options)
+    method = tables[name].power_method(assumed.kind)
+    found = power_table(
+        name, assumed, method, simulations=simulations, seed=seed, alpha=alpha, progress=progress
+    )
     plain: dict[str, Any] = finite(found.as_dict())
-    return plain | {"text": power_text(found, tables[name].power_method(found.assumed.kind))}
+    return plain | {"text": power_text(found, method)}
 
 
 def power_options(study: Study) -> dict[str, Any]:

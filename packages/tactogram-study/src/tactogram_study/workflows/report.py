@@ -24,10 +24,9 @@ from tactogram_study.analysis.findings import AnalysisSection, Finding, number, 
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.session.device_facts import COLUMN, fact_description
 from tactogram_study.session.export import NOTES, PARTICIPANTS, notes_table, participants_table
-from tactogram_study.session.progress import status_counts
-from tactogram_study.session.sitting import consent_sha256
+from tactogram_study.session.progress import consent_sha256, status_counts
 from tactogram_study.session.store import SessionStore
-from tactogram_study.study_analysis import StudyAnalysis
+from tactogram_study.study_analysis import StudyAnalysis, plan_lines
 from tactogram_study.study_file import Study
 
 HEADINGS = (
@@ -113,7 +112,7 @@ def write_study_report(
         title = data.study.title.in_english()
     sections = [
         ReportSection(
-            "Findings", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
+            "Findings", [*_verdicts(analysis), *(ReportText(line) for line in plan_lines(analysis.plan))]
         )
     ]
     for section, own in zip(analysis.sections, figures, strict=True):

@@ -20,7 +20,7 @@ from tactogram_study.trials import Page, Participant
 from tactogram_study.workflows.studies import check_study, study_folder
 
 if TYPE_CHECKING:
-    from tactogram_study.simulated_participants import SimulatedEffect
+    from tactogram_study.simulated_observer import SimulatedEffect
     from tactogram_study.workflows.stimuli import SlotPlayback, StudyStimuli
 
 ORIGIN = "origin.json"
@@ -334,7 +334,7 @@ def _simulated(
 
 def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:
     """Return the effect with these values by name; ``shift.NAME`` is one of its shifts."""
-    from tactogram_study.simulated_participants import SimulatedEffect
+    from tactogram_study.simulated_observer import SimulatedEffect
 
     whole: dict[str, Any] = {}
     for key, value in values.items():

@@ -22,8 +22,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import item_contrasts
 from tactogram_study.answers import Answers
-from tactogram_study.statistics.clustered import pooled_share
-from tactogram_study.statistics.shares import share_of
+from tactogram_study.statistics import pooled_share, share_of
 
 EVOKED = "share of participants in whom it was evoked"
 

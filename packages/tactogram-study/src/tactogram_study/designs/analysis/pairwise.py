@@ -30,9 +30,9 @@ from tactogram_study.analysis.findings import (
     section_of,
 )
 from tactogram_study.answers import Answer, Answers
-from tactogram_study.power.assumptions import PowerAssumptions
-from tactogram_study.power.methods import PowerMethod, StudyBatch, Truths
-from tactogram_study.statistics.shares import share_of
+from tactogram_study.planned import PowerAssumptions
+from tactogram_study.power import PowerMethod, StudyBatch, Truths
+from tactogram_study.statistics import share_of
 
 Numbers = NDArray[np.float64]
 TEST = "Bradley-Terry by participant"

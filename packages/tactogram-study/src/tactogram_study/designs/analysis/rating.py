@@ -44,7 +44,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import holm_paired, item_contrasts
 from tactogram_study.answers import Answer, Answers, Targets
-from tactogram_study.statistics.clustered import bootstrap_by_participant
+from tactogram_study.statistics import bootstrap_by_participant
 
 Numbers = NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from tactogram_study.analysis.threshold import (
 )
 from tactogram_study.answers import Answers
 from tactogram_study.designs.staircase import BELOW_START_DB
-from tactogram_study.power.methods import Means, StudyBatch
+from tactogram_study.power import Means, StudyBatch
 
 
 def reversals_of(own: Answers) -> NDArray[np.bool_]:

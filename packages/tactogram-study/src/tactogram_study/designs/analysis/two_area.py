@@ -25,7 +25,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import holm_paired, paired_findings
 from tactogram_study.answers import Answers
-from tactogram_study.statistics.clustered import mixed_difference
+from tactogram_study.statistics import mixed_difference
 
 
 def analyse_realism(answers: Answers, *, margin: float | None = None) -> AnalysisSection:

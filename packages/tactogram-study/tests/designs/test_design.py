@@ -10,13 +10,9 @@ from scipy.stats import norm
 from tactogram_study.designs.analysis.magnitude import intensity_of
 from tactogram_study.designs.pairwise import expected_information, posterior
 from tactogram_study.designs.staircase import Staircase, StaircaseTrack
-from tactogram_study.session.sitting import answer_rows, next_page
-from tactogram_study.simulated_participants import (
-    SimulatedEffect,
-    SimulatedParticipant,
-    simulated_answers,
-    typical,
-)
+from tactogram_study.session.progress import answer_rows, next_page
+from tactogram_study.simulated_observer import SimulatedEffect, typical
+from tactogram_study.simulated_participants import SimulatedParticipant, simulated_answers
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PageAnswers, Participant
 
