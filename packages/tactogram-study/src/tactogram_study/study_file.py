@@ -17,12 +17,11 @@ from tactogram.text_files import read_toml
 from tactogram.validation import Fault, faults, validated, with_changes
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
-from tactogram_study.orders import Rule
 from tactogram_study.planned import PlannedAnalysis
 from tactogram_study.practice import Practice
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus, StimulusGrid
-from tactogram_study.trials import DesignContext
+from tactogram_study.trials import DesignContext, Rule
 from tactogram_study.wording import Language, Wording, language_texts, wordings
 
 NAME = r"^[a-z0-9][a-z0-9_]{0,39}$"
@@ -48,7 +47,7 @@ class Study(BaseModel):
     seed: int = Field(default=0, ge=0)
     """Decides every order and side that is drawn at random."""
     order: Rule = "random"
-    """See `tactogram_study.orders.ordered`."""
+    """See `tactogram_study.trials.ordered`."""
     display: str = "audio"
     """Display of the stimuli, as `render` takes it."""
     played_by: Literal["browser", "server", "stream"] = "browser"

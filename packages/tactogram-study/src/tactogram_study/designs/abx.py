@@ -16,10 +16,9 @@ from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question
-from tactogram_study.orders import balanced_sides, generator
 from tactogram_study.planned import GEE, PowerAssumptions
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, History, Page, Participant, Slot
+from tactogram_study.trials import DesignContext, History, Page, Participant, Slot, balanced_sides, generator
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:

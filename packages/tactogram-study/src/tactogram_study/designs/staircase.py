@@ -20,10 +20,9 @@ from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question, check_standard
-from tactogram_study.orders import generator
 from tactogram_study.planned import PowerAssumptions
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, History, Page, Participant, Slot
+from tactogram_study.trials import DesignContext, History, Page, Participant, Slot, generator
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:

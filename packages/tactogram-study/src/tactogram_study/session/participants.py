@@ -40,7 +40,6 @@ class SessionPeople(SessionFile):
         *,
         language: Language | None = None,
         simulated: bool = False,
-        session: str = "1",
         device: Mapping[str, Any] | None = None,
     ) -> Participant:
         """Return a new participant, with the lowest free number, and the code, or a random one.
@@ -54,8 +53,6 @@ class SessionPeople(SessionFile):
         self._check_language(language)
         if code is not None:
             checked_code(code)
-        if not re.fullmatch(r"[A-Za-z0-9]{1,16}", session):
-            raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
         with self._writing() as rows:
             if ended_at(rows) is not None:
                 raise PageNotOpenError(ENDED)
@@ -69,10 +66,10 @@ class SessionPeople(SessionFile):
             number = next(n for n in range(1, len(used) + 2) if n not in used)
             rows.execute(
                 "INSERT INTO participants (number, code, language, simulated, session, status) VALUES (?,?,?,?,?,?)",
-                (number, code, language, simulated, session, "active"),
+                (number, code, language, simulated, "1", "active"),
             )
             add_device(rows, number, "", valid_facts(device))
-        return Participant(code, number, language, simulated, session)
+        return Participant(code, number, language, simulated)
 
     def participant(self, code: str) -> Participant:
         """Return the participant with a code, in any case; raise `UnknownParticipantError` if there is none."""

@@ -6,7 +6,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -142,7 +142,7 @@ def analyse_study(
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
     data = StudyData.of(Path(source), answers, study)
-    named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
+    named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, data, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
 
@@ -192,15 +192,11 @@ def _figures(
     drawn = []
     for section in analysis.sections:
         own = named_answers(answers.where(design=section.design), drawable)
-        drawn.append(find_design(section.design).figures(_named(section, drawable), own))
+        drawn.append(find_design(section.design).figures(named_section(section, drawable), own))
     if font != DEFAULT_FONT:
         for figure in (one for figures in drawn for one in figures.values()):
             letter(figure, font)
     return drawn
-
-
-def _named(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
-    return named_section(section, names, columns=find_design(section.design).key_columns)
 
 
 def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
@@ -272,13 +268,8 @@ TABLE_PARTS = (" n", " mean", " se")
 """Suffixes of a condition in the heading of a column."""
 
 
-def named_section(
-    section: AnalysisSection, names: Mapping[str, str], *, columns: Iterable[str] = ()
-) -> AnalysisSection:
-    """Return a section whose findings and tables have the names of items and conditions, by key.
-
-    ``columns`` are further columns of its tables that hold keys.
-    """
+def named_section(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
+    """Return a section whose findings and tables have the names of items and conditions, by key."""
     if not names:
         return section
     # Longest first, and whole words only: tile is not part of tile-2.
@@ -291,7 +282,7 @@ def named_section(
     def finding(one: Finding) -> Finding:
         return replace(one, of=named(one.of), measure=named(one.measure))
 
-    key_columns = {*NAMED_COLUMNS, *columns}
+    key_columns = {*NAMED_COLUMNS, *find_design(section.design).key_columns}
 
     def cell(column: str, value: Any) -> Any:
         return named(value) if column in key_columns and isinstance(value, str) else value

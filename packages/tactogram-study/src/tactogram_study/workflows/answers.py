@@ -1,25 +1,30 @@
 """Answers of a session, an exported or a foreign table: opened for analysis, and exported.
 
-Exports are a tidy table with its companion files, a BIDS folder, or a ZIP file.
+Exports are a tidy table with its companion files, a BIDS folder, or a ZIP file; of a damaged session what can still be
+read.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import shutil
+import sqlite3
 import tempfile
 import zipfile
 from collections.abc import Mapping
+from contextlib import closing, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.parameters import checked
 from tactogram.signal.io import write_text
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
 from tactogram_study.session.export import export_bids, write_companion_tables
-from tactogram_study.session.salvage import salvage_session
+from tactogram_study.session.file import FILE, UnreadableRowError, parse_answer, parse_object, session_file
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
 
@@ -171,3 +176,46 @@ def _write_study(table: Path, study: Study) -> str:
     path = table.with_suffix(STUDY_SUFFIX)
     write_text(path, json.dumps(json.loads(study.as_json()), ensure_ascii=False, indent=1) + "\n")
     return str(path)
+
+
+@dataclass(frozen=True)
+class SalvagedSession:
+    """Readable part of a session file; ``lost`` is the least number of answers that are not."""
+
+    answers: Answers
+    lost: int
+    study: Study | None
+
+
+def salvage_session(folder: Path) -> SalvagedSession:
+    """Return the answers before and after the damage in a session file, which is not changed, as they arrived.
+
+    Raises `DataError` if SQLite can read none.
+    """
+    path = session_file(folder)
+    with tempfile.TemporaryDirectory(prefix="tactogram-salvage-") as temporary:
+        copy = Path(temporary) / FILE
+        for suffix in ("", "-wal"):
+            with suppress(FileNotFoundError):
+                shutil.copyfile(f"{path}{suffix}", f"{copy}{suffix}")
+        with closing(sqlite3.connect(copy, isolation_level=None)) as rows:
+            rows.text_factory = bytes
+            with suppress(sqlite3.Error):
+                rows.execute("PRAGMA writable_schema=ON")  # else a file that was cut short is not read at all
+            stored: dict[int, bytes] = {}
+            for order in ("ASC", "DESC"):
+                with suppress(sqlite3.Error):
+                    stored |= rows.execute(f"SELECT rowid, row FROM answers ORDER BY rowid {order}")
+            answers = []
+            for _, text in sorted(stored.items()):
+                with suppress(UnreadableRowError):
+                    answers.append(parse_answer(text))
+            expected, study = len(stored), None
+            with suppress(sqlite3.Error):
+                expected = max(expected, *rows.execute("SELECT count(*) FROM answers").fetchone())
+            with suppress(sqlite3.Error, TactogramError, TypeError):
+                [facts] = rows.execute("SELECT facts FROM study").fetchone()
+                study = Study.of(parse_object(facts))
+    if not answers:
+        raise DataError(f"{folder}: no answer can be read")
+    return SalvagedSession(Answers(tuple(answers)), expected - len(answers), study)

@@ -191,15 +191,7 @@ def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
 def log_played(store: SessionStore, stimuli: StudyStimuli, code: str, page: Page, slot: str) -> SlotPlayback:
     """Render the stimulus in a slot of a participant's page, log it, and return it."""
     played = stimuli.played(page.slot(slot))
-    store.log_played(
-        code,
-        page.token,
-        slot,
-        sha256=played.sha256,
-        level=played.level,
-        display=played.display,
-        gain_db=played.gain_db,
-    )
+    store.log_played(code, page.token, slot, **played.logged)
     return played
 
 

@@ -62,6 +62,12 @@ class SlotPlayback:
     gain_db: float = 0.0
     stream: StimulusStream | None = None
 
+    @property
+    def logged(self) -> dict[str, Any]:
+        """What the session's log keeps of it, as `SessionStore.log_played` takes it."""
+        names = ("sha256", "level", "display", "gain_db")
+        return {name: getattr(self, name) for name in names}
+
 
 class StudyStimuli:
     """Stimuli of one study, with a cache of signals and drives.

@@ -10,11 +10,10 @@ from tactogram.cli import main
 from tactogram.errors import DataError, TactogramError
 from tactogram_study.answers import read_answers
 from tactogram_study.session.file import DamagedSessionError
-from tactogram_study.session.salvage import salvage_session
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import simulate
 from tactogram_study.workflows.analysis import analyse_study
-from tactogram_study.workflows.answers import export_study
+from tactogram_study.workflows.answers import export_study, salvage_session
 from tactogram_study.workflows.sessions import end_session, session_progress
 
 PAGE = 4096

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from tactogram_study.analysis.bradley_terry import bradley_terry, strengths_by_participant
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.designs.analysis.pairwise import (
     ALIKE,
@@ -11,6 +10,7 @@ from tactogram_study.designs.analysis.pairwise import (
     shown_and_equal,
     simulated_preferences,
 )
+from tactogram_study.designs.pairwise import bradley_terry, strengths_by_participant
 from tactogram_study.statistics import pooled_share
 
 
