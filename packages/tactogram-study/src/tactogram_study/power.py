@@ -63,6 +63,18 @@ class PowerMethod:
 
         With ``type_1`` also ``equivalence``.
         """
+        found: dict[str, float] = {}
+        for name, truth in truths.items():
+            ps, columns = self.studies(rng, batch, truth)
+            found[name] = float((ps < batch.alpha).mean())
+            if name == "type_1":
+                found |= columns
+        return found
+
+    def studies(
+        self, rng: np.random.Generator, batch: StudyBatch, truth: float
+    ) -> tuple[Numbers, dict[str, float]]:
+        """Return p of each simulated study, and the columns of its row, ``equivalence`` first, if nothing differs."""
         raise NotImplementedError
 
     def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
@@ -86,16 +98,13 @@ class Shares(PowerMethod):
 
     null = 0.5
 
-    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of the share by participant."""
-        found: dict[str, float] = {}
-        for name, truth in truths.items():
-            hits = rng.binomial(batch.trials, _personal_shares(rng, truth, batch))
-            p, equal = clustered_ps(hits, batch.trials, margin=batch.assumed.margin)
-            found[name] = float((p < batch.alpha).mean())
-            if name == "type_1":
-                found["equivalence"] = float((equal < batch.alpha).mean())
-        return found
+    def studies(
+        self, rng: np.random.Generator, batch: StudyBatch, truth: float
+    ) -> tuple[Numbers, dict[str, float]]:
+        """Return p of the share by participant."""
+        hits = rng.binomial(batch.trials, _personal_shares(rng, truth, batch))
+        ps, equal = clustered_ps(hits, batch.trials, margin=batch.assumed.margin)
+        return ps, {"equivalence": float((equal < batch.alpha).mean())}
 
     def check(self, assumed: PowerAssumptions) -> None:
         """Raise `ParameterError` for an effect that is no share."""
@@ -111,33 +120,28 @@ class Shares(PowerMethod):
 class Votes(Shares):
     """One yes or no of each person: the exact binomial test."""
 
-    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of the exact test of one answer per person, where people differ in their tendency to say yes."""
-        ps = exact_ps(batch.people)
-        found: dict[str, float] = {}
-        for name, truth in truths.items():
-            yes = rng.binomial(1, _personal_shares(rng, truth, batch)).sum(1)
-            found[name] = float((ps[yes] < batch.alpha).mean())
-        if "type_1" in truths:  # exact, without simulation
-            margin = batch.assumed.margin
-            found["equivalence"] = share_equivalence_power(batch.people, margin=margin, alpha=batch.alpha)
-        return found
+    def studies(
+        self, rng: np.random.Generator, batch: StudyBatch, truth: float
+    ) -> tuple[Numbers, dict[str, float]]:
+        """Return exact p of one answer per person, where people differ in their tendency to say yes.
+
+        Equivalence is exact, too, without simulation.
+        """
+        yes = rng.binomial(1, _personal_shares(rng, truth, batch)).sum(1)
+        equal = share_equivalence_power(batch.people, margin=batch.assumed.margin, alpha=batch.alpha)
+        return exact_ps(batch.people)[yes], {"equivalence": equal}
 
 
 class Means(PowerMethod):
     """Paired differences of means by Student's t."""
 
-    def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
-        """Return power of paired differences."""
-        found: dict[str, float] = {}
-        assumed, alpha = batch.assumed, batch.alpha
-        for name, truth in truths.items():
-            gaps, columns = self.gaps(rng, batch, truth)
-            found[name] = float((self.ps(gaps) < alpha).mean())
-            if name == "type_1":
-                found["equivalence"] = float((within_ps(gaps, assumed.margin) < alpha).mean())
-                found |= columns
-        return found
+    def studies(
+        self, rng: np.random.Generator, batch: StudyBatch, truth: float
+    ) -> tuple[Numbers, dict[str, float]]:
+        """Return p of paired differences."""
+        gaps, columns = self.gaps(rng, batch, truth)
+        equal = within_ps(gaps, batch.assumed.margin) < batch.alpha
+        return self.ps(gaps), {"equivalence": float(equal.mean())} | columns
 
     def gaps(
         self, rng: np.random.Generator, batch: StudyBatch, truth: float

@@ -38,23 +38,23 @@ class ShareEstimate:
 
 
 @lru_cache(maxsize=4096)
-def share_of(count: int, n: int, *, confidence: float = 0.95) -> ShareEstimate:
+def share_of(count: int, n: int) -> ShareEstimate:
     """Return a share of independent answers with its exact test against one half and its intervals."""
     if not 0 <= count <= n or n < 1:
         raise ParameterError(f"a share needs 0 <= count <= n and n >= 1, got {count} of {n}")
     test = stats.binomtest(count, n)
 
     def interval(method: str) -> tuple[float, float]:
-        ends = test.proportion_ci(confidence, method)
+        ends = test.proportion_ci(0.95, method)
         return float(ends.low), float(ends.high)
 
     return ShareEstimate(count, n, count / n, float(test.pvalue), interval("wilson"), interval("exact"))
 
 
 @lru_cache(maxsize=1024)
-def smallest_significant(n: int, *, alpha: float = 0.05) -> int | None:
-    """Return the smallest count above one half with a two-sided exact p below ``alpha``; None if there is none."""
-    shown = np.flatnonzero(exact_ps(n) < alpha)
+def smallest_significant(n: int) -> int | None:
+    """Return the smallest count above one half with a two-sided exact p below .05; None if there is none."""
+    shown = np.flatnonzero(exact_ps(n) < 0.05)
     above = shown[shown > n * 0.5]
     return int(above[0]) if len(above) else None
 

@@ -84,18 +84,11 @@ def kind_of(design: type[Design]) -> str:
 def _classes(folders: tuple[Path, ...]) -> Iterator[type[Design]]:
     for found in iter_modules([str(Path(__file__).parent)]):
         yield from _module_designs(import_module(f"{PACKAGE}.{found.name}"))
-    for name in entry_point_modules(ENTRY_POINTS):
-        yield from _required(import_plugin(name), name)
-    for folder in folders:
-        for path in module_files(folder, "study design"):
-            yield from _required(import_plugin(path), str(path))
-
-
-def _required(module: ModuleType, where: str) -> list[type[Design]]:
-    designs = list(_module_designs(module))
-    if not designs:
-        raise ParameterError(f"{where}: must hold a study design, got none")
-    return designs
+    files = [path for folder in folders for path in module_files(folder, "study design")]
+    for place in (*entry_point_modules(ENTRY_POINTS), *files):
+        if not (held := list(_module_designs(import_plugin(place)))):
+            raise ParameterError(f"{place}: must hold a study design, got none")
+        yield from held
 
 
 def _module_designs(module: ModuleType) -> Iterator[type[Design]]:

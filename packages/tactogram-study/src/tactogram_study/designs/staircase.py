@@ -208,17 +208,17 @@ def _drawn(active: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, Slot
     return active[int(which * len(active))], "A" if side < 0.5 else "B"
 
 
-def typical_trials(design: Staircase, *, slope: float = 0.5) -> int:
+def typical_trials(design: Staircase) -> int:
     """Return the median number of trials of a study's staircase over 200 simulated observers.
 
-    ``slope`` is that of their logistic function, per dB, with its middle `BELOW_START_DB`.
+    Their logistic function has a slope of 0.5 per dB, and its middle at `BELOW_START_DB`.
     """
     rng = np.random.default_rng(0)
     middle, trials = design.start_db - BELOW_START_DB, []
     for _ in range(200):
         track = design.start()
         while not design.ended(track):
-            right = rng.random() < 0.5 + 0.5 / (1 + math.exp(-slope * (track.intensity - middle)))
+            right = rng.random() < 0.5 + 0.5 / (1 + math.exp(-0.5 * (track.intensity - middle)))
             track = design.after(track, correct=bool(right))
         trials.append(track.trials)
     return int(np.median(trials))
