@@ -5,7 +5,7 @@ Ten trials cannot show that two stimuli are indistinguishable: 9 of 10 must be r
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -145,44 +145,36 @@ def _textures(
 ) -> tuple[list[Finding], list[dict[str, Any]]]:
     """Return each texture's findings, p by Holm over the textures, and the table of their shares."""
     groups = kept.by("stimulus")
-    exact = {name: share_of(int(g.numbers().sum()), len(g)) for name, g in groups.items()}
-    exact_ps = holm([share.p for share in exact.values()])
-    exact_equals: list[float | None] = [None] * len(exact)
-    pooled = {name: _pooled(g, name, margin, d_prime) for name, g in groups.items() if g.people > 1}
-    raw_ps = {name: finding.p or 0.0 for name, finding in pooled.items()}
-    ps = holm([*raw_ps.values()])
-    equals: list[float | None] = [None] * len(pooled)
+    shares = {name: share_of(int(g.numbers().sum()), len(g)) for name, g in groups.items()}
+    equal: dict[str, float] = {}
     if margin is not None:
-        exact_equals = [*holm([share_equivalence(s.count, s.n, margin=margin) for s in exact.values()])]
-        equals = [*holm([finding.equivalence_p or 0.0 for finding in pooled.values()])]
-    pooled = {
-        name: replace(
-            finding,
-            p=p,
-            equivalence_p=equal,
-            verdict=BY_P,
+        equal = {name: share_equivalence(one.count, one.n, margin=margin) for name, one in shares.items()}
+    ps = _holm({name: share.p for name, share in shares.items()})
+    equals = _holm(equal)
+    pooled = {name: _pooled(g, name, margin, d_prime) for name, g in groups.items() if g.people > 1}
+    pooled_ps = _holm({name: finding.p or 0.0 for name, finding in pooled.items()})
+    pooled_equals = _holm(
+        {name: finding.equivalence_p or 0.0 for name, finding in pooled.items() if margin is not None}
+    )
+    findings, rows = [], []
+    for name, share in shares.items():
+        effect = d_prime(corrected(share.count, share.n))
+        finding = exact_finding(
+            name,
+            share,
+            CORRECT,
+            p=ps[name],
+            participants=groups[name].people,
+            effect={"d'": effect},
+            equivalence_p=equals.get(name),
+            margin=margin,
             correction="Holm",
         )
-        for (name, finding), p, equal in zip(pooled.items(), ps, equals, strict=True)
-    }
-    findings, rows = [], []
-    for (name, share), p, equal in zip(exact.items(), exact_ps, exact_equals, strict=True):
-        effect = d_prime(corrected(share.count, share.n))
-        findings.append(
-            exact_finding(
-                name,
-                share,
-                CORRECT,
-                p=p,
-                participants=groups[name].people,
-                effect={"d'": effect},
-                equivalence_p=equal,
-                margin=margin,
-                correction="Holm",
-            )
-        )
+        findings.append(finding)
         if name in pooled and len(groups) > 1:
-            findings.append(pooled[name])
+            own = {"p": pooled_ps[name], "equivalence_p": pooled_equals.get(name)}
+            finding = replace(pooled[name], verdict=BY_P, correction="Holm", **own)
+            findings.append(finding)
         means = groups[name].participant_means()[()]
         rows.append(
             {
@@ -196,11 +188,16 @@ def _textures(
                 "participants_se": float(stats.sem(means)) if len(means) > 1 else None,
                 "d_prime": effect,
                 "p_exact": share.p,
-                "p_by_participant": raw_ps.get(name),
-                "verdict": findings[-1].verdict,
+                "p_by_participant": (pooled[name].p or 0.0) if name in pooled else None,
+                "verdict": finding.verdict,
             }
         )
     return findings, rows
+
+
+def _holm(ps: Mapping[str, float]) -> dict[str, float]:
+    """Return p by name, with Holm's correction over all."""
+    return dict(zip(ps, holm([*ps.values()]), strict=True))
 
 
 def _at_chance(answers: Answers, alpha: float) -> str:
