@@ -6,10 +6,18 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import ParameterError
+from tactogram_study.analysis.findings import AnalysisSection, Finding
 from tactogram_study.designs import find_design
 from tactogram_study.power import PowerTable, power_text
+from tactogram_study.simulated_participants import simulated_answers
 from tactogram_study.study_file import Study
-from tactogram_study.workflows.analysis import JSON_FILE, analyse_study, targets_of
+from tactogram_study.workflows.analysis import (
+    JSON_FILE,
+    analyse_study,
+    named_answers,
+    named_section,
+    targets_of,
+)
 from tactogram_study.workflows.power import power_options, study_power
 
 
@@ -208,3 +216,17 @@ def test_nothing_else_is_removed(said, tables, tmp_path):
     analyse_study(tables / "abx.csv", folder, figures=False, draws=100)
     assert (tmp_path / "a.png").exists()
     assert (folder / "notes.txt").exists()
+
+
+def test_what_is_read_has_names_and_whole_words_only():
+    names = {"tile": "floor tile", "cork-sheet": "cork sheet", "generated": "made"}
+    table = [{"texture": "tile", "generated mean": 2.0, "verdict": "tile"}]
+    found = Finding("tile over tile-2", "t", "check", "generated minus recorded, mm", 1.0)
+    section = AnalysisSection("Which?", "two_area", "which", 2, 4, True, (found,), {"per texture": table})
+    named = named_section(section, names)
+    assert named.findings[0].of == "floor tile over tile-2"
+    assert named.findings[0].measure == "made minus recorded, mm"
+    assert list(named.tables.values()) == [[{"texture": "floor tile", "made mean": 2.0, "verdict": "tile"}]]
+    assert named_section(section, {}) is section
+    answers = simulated_answers(Study.load("threshold", changes={"design.most_trials": 4}), 1)
+    assert "floor tile" in named_answers(answers, names).unique("condition")
