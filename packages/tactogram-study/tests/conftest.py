@@ -5,8 +5,14 @@ from pathlib import Path
 
 import pytest
 
+from tactogram_study.session.progress import next_page
 from tactogram_study.session.store import SessionStore
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import SimulatedParticipant
 from tactogram_study.study_file import Study
+from tactogram_study.trials import PageAnswers, Participant
+
+ANYBODY = Participant("P1", 1)
 
 DESIGNS = {
     "two_area": {"kind": "two_area", "repeats": 2},
@@ -72,3 +78,24 @@ def bids_issues():
         )
 
     return issues
+
+
+@pytest.fixture
+def taken():
+    """Return all pages of a simulated participant, and what came back from each."""
+
+    def take(study, participant=ANYBODY, effect=None, seed=0):
+        simulated = SimulatedParticipant(effect or SimulatedEffect(), (seed, participant.number))
+        pages, given = [], []
+        while (page := next_page(study, participant, given)) is not None:
+            pages.append(page)
+            given.append(PageAnswers(page.token, page.accepted(simulated.answer(page)), page.more))
+        return pages, given
+
+    return take
+
+
+@pytest.fixture
+def trials():
+    """Return the pages of trials among all."""
+    return lambda pages: [page for page in pages if page.kind not in ("consent", "questions")]
