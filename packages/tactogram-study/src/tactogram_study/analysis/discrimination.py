@@ -14,7 +14,6 @@ from scipy import stats
 
 from tactogram.statistics import holm
 from tactogram_study.analysis.findings import (
-    ALPHA,
     BY_P,
     AnalysisSection,
     Finding,
@@ -26,6 +25,7 @@ from tactogram_study.analysis.findings import (
     share_columns,
 )
 from tactogram_study.answers import Answers
+from tactogram_study.planned import ALPHA
 from tactogram_study.statistics import (
     corrected,
     pooled_share,
@@ -132,8 +132,7 @@ def _pooled(
         "GEE by participant",
         CORRECT,
         found,
-        n=n,
-        participants=answers.people,
+        answers,
         role=role,
         effect={"d'": d_prime(corrected(round(found.estimate * n), n))},
         margin=margin,
@@ -172,8 +171,13 @@ def _textures(
         )
         findings.append(finding)
         if name in pooled and len(groups) > 1:
-            own = {"p": pooled_ps[name], "equivalence_p": pooled_equals.get(name)}
-            finding = replace(pooled[name], verdict=BY_P, correction="Holm", **own)
+            finding = replace(
+                pooled[name],
+                p=pooled_ps[name],
+                equivalence_p=pooled_equals.get(name),
+                verdict=BY_P,
+                correction="Holm",
+            )
             findings.append(finding)
         means = groups[name].participant_means()[()]
         rows.append(
@@ -219,8 +223,7 @@ def _sides(kept: Answers) -> list[Finding]:
             "GEE by participant",
             "share answered A",
             found,
-            n=len(sided),
-            participants=sided.people,
+            sided,
             statistic=None,
             note="a preference for one side, whatever was there",
         )

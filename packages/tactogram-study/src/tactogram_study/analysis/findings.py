@@ -151,21 +151,22 @@ def estimate_finding(
     test: str,
     measure: str,
     found: EffectEstimate,
+    answers: Answers,
     *,
-    n: int,
-    participants: int,
     role: Role = "check",
     **more: Any,
 ) -> Finding:
-    """Return the finding of an estimate with its interval, p and note; ``more`` replaces values of the `Finding`."""
+    """Return the finding of an estimate from answers, with interval, p and note; ``more`` replaces its other values."""
     values = {
+        "n": len(answers),
+        "participants": answers.people,
         "p": found.p,
         "statistic": found.statistic,
         "equivalence_p": found.equivalence_p,
         "note": found.note,
     }
     estimate = (found.estimate, found.low, found.high)
-    return Finding(of, test, role, measure, *estimate, n=n, participants=participants, **(values | more))
+    return Finding(of, test, role, measure, *estimate, **(values | more))
 
 
 def section_of(

@@ -123,9 +123,7 @@ class SessionPeople(SessionFile):
         The facts are those of a stream: the level as driven, latency, motion; {} of everything else.
         """
         columns = ("token", "slot", "sha256", "level", "display", "gain_db", "at", "facts")
-        log = self._log(code, "played", columns)
-        with self._damage_reported():
-            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+        return self._log(code, "played", columns)
 
     def complete_played(self, row: int, facts: Mapping[str, Any]) -> None:
         """Add the facts of a stream that has ended to its row of the log, unless the participant withdrew."""
@@ -141,9 +139,7 @@ class SessionPeople(SessionFile):
 
     def device_log(self, code: str) -> list[dict[str, Any]]:
         """Return the device facts: ``token`` ("" as the participant began or continued), ``facts``, ``at``."""
-        log = self._log(code, "device", ("token", "facts", "at"))
-        with self._damage_reported():
-            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+        return self._log(code, "device", ("token", "facts", "at"))
 
     def device(self, code: str) -> dict[str, Any]:
         """Return the latest value of each fact of a participant's device."""
@@ -173,7 +169,9 @@ class SessionPeople(SessionFile):
                 f"SELECT {', '.join(columns)} FROM {table} WHERE participant = ? ORDER BY id",
                 (find_participant(rows, code).number,),
             ).fetchall()
-        return [dict(zip(columns, entry, strict=True)) for entry in entries]
+        log = [dict(zip(columns, entry, strict=True)) for entry in entries]
+        with self._damage_reported():
+            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
 
     def _set(self, code: str, column: str, value: str) -> None:
         with self._writing() as rows:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.parameters import Count, Settings, checked
+from tactogram.parameters import Count, checked
 from tactogram.signal.io import write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
@@ -205,10 +205,10 @@ def simulate_study(
     out: Path | str,
     *,
     participants: Count = 20,
-    effect: Settings | None = None,
+    effect: Mapping[str, Any] | None = None,
     seed: int = 0,
     play: bool = False,
-    changes: Settings | None = None,
+    changes: Mapping[str, Any] | None = None,
     progress: ProgressCallback = silent,
 ) -> dict[str, Any]:
     """Let simulated participants take a study, with or without an effect.

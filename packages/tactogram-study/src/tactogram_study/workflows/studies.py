@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import ParameterError
-from tactogram.parameters import Settings, checked
+from tactogram.parameters import checked
 from tactogram_study.designs import designs
 from tactogram_study.questions import Question
 from tactogram_study.study_file import Study, shipped_studies
@@ -114,7 +114,7 @@ def list_languages(language: str = "") -> dict[str, Any]:
 
 @checked
 def check_study(
-    study: Path | str, *, stimuli: bool = False, changes: Settings | None = None
+    study: Path | str, *, stimuli: bool = False, changes: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
     """Check a study's file and describe what it asks of a participant.
 

@@ -44,30 +44,21 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
     }
     shares = {key: share_of(sum(votes), len(votes)) for key, votes in cells.items()}
     ps = holm([share.p for share in shares.values()])
-    rows: list[dict[str, Any]] = [
-        {
-            "image": image,
-            "word": word,
-            "evoked": share.count,
-            "n": share.n,
-            **share_columns(share),
-            "p_holm": p,
-            "verdict": verdict_of(p),
-        }
-        for ((image, word), share), p in zip(shares.items(), ps, strict=True)
-    ]
-    findings = [
-        exact_finding(
-            f"{image}, {word}",
-            share,
-            EVOKED,
-            role="confirmatory",
-            p=p,
-            participants=share.n,
-            correction="Holm over images and words",
+    findings, rows = [], []
+    for ((image, word), share), p in zip(shares.items(), ps, strict=True):
+        facts = {"image": image, "word": word, "evoked": share.count, "n": share.n}
+        rows.append(facts | share_columns(share) | {"p_holm": p, "verdict": verdict_of(p)})
+        findings.append(
+            exact_finding(
+                f"{image}, {word}",
+                share,
+                EVOKED,
+                role="confirmatory",
+                p=p,
+                participants=share.n,
+                correction="Holm over images and words",
+            )
         )
-        for ((image, word), share), p in zip(shares.items(), ps, strict=True)
-    ]
     rows.sort(key=lambda row: (row["image"], row["word"]))
     words, per_word = _words(kept)
     smallest = min(share.n for share in shares.values())
@@ -119,8 +110,7 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
                 "GEE by participant, over all images",
                 "share evoked",
                 found,
-                n=len(group),
-                participants=group.people,
+                group,
                 p=None,
                 statistic=None,
             )

@@ -78,7 +78,7 @@ def _mixed(kept: Answers, names: tuple[str, ...], measure: str) -> Finding:
     first = np.array([row.condition == names[0] for row in kept])
     found = mixed_difference(kept.numbers(), first, kept.column("participant"), kept.column("stimulus"))
     test = "linear mixed model, participants and textures at random"
-    return estimate_finding("all", test, measure, found, n=len(kept), participants=kept.people)
+    return estimate_finding("all", test, measure, found, kept)
 
 
 def _textures(
