@@ -63,13 +63,13 @@ class PowerMethod:
 
         With ``type_1`` also ``equivalence``.
         """
-        found: dict[str, float] = {}
+        shares: dict[str, float] = {}
         for name, truth in truths.items():
             ps, columns = self.studies(rng, batch, truth)
-            found[name] = float((ps < batch.alpha).mean())
+            shares[name] = float((ps < batch.alpha).mean())
             if name == "type_1":
-                found |= columns
-        return found
+                shares |= columns
+        return shares
 
     def studies(
         self, rng: np.random.Generator, batch: StudyBatch, truth: float
@@ -280,8 +280,8 @@ def power_table(
     for people in assumed.participants:
         for count in assumed.trials:
             batch = StudyBatch(people, count, assumed, simulations, alpha)
-            found = method.shares(rng, batch, {"power": assumed.effect, "type_1": method.null})
-            rows.append({"participants": people, "trials": count, **found})
+            shares = method.shares(rng, batch, {"power": assumed.effect, "type_1": method.null})
+            rows.append({"participants": people, "trials": count, **shares})
             done += simulations * people
             progress(TAKING, done, whole)
     equivalence_from = _equivalence_from(method, assumed, alpha, seed, progress)
@@ -296,9 +296,9 @@ def _equivalence_from(
     progress: ProgressCallback,
 ) -> dict[int, int | None]:
     """Return the number of participants from which equivalence is shown often enough, by trials of each."""
-    found: dict[int, int | None] = {}
+    people_by_trials: dict[int, int | None] = {}
     for trials in assumed.trials:
-        progress(LOOKING, len(found), len(assumed.trials))
+        progress(LOOKING, len(people_by_trials), len(assumed.trials))
         rng = np.random.default_rng([seed, trials])
         low, high = 0, len(TRIED)
         while low < high:  # bisection: power grows with participants
@@ -306,9 +306,9 @@ def _equivalence_from(
             batch = StudyBatch(TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
             shown = method.equivalence(rng, batch)
             low, high = (low, middle) if shown >= ENOUGH else (middle + 1, high)
-        found[trials] = TRIED[low] if low < len(TRIED) else None
-    progress(LOOKING, len(found), len(assumed.trials))
-    return found
+        people_by_trials[trials] = TRIED[low] if low < len(TRIED) else None
+    progress(LOOKING, len(people_by_trials), len(assumed.trials))
+    return people_by_trials
 
 
 def _check(assumed: PowerAssumptions) -> None:
@@ -331,41 +331,41 @@ def _check(assumed: PowerAssumptions) -> None:
         )
 
 
-def power_text(found: PowerTable, method: PowerMethod) -> str:
+def power_text(table: PowerTable, method: PowerMethod) -> str:
     """Return a power table as text, with what was assumed."""
-    assumed = found.assumed
-    error = 2 * math.sqrt(0.05 * 0.95 / found.simulations)
+    assumed = table.assumed
+    error = 2 * math.sqrt(0.05 * 0.95 / table.simulations)
     lines = [
-        f"What a study of design {found.design} can show, by {found.simulations} studies of simulated participants per "
+        f"What a study of design {table.design} can show, by {table.simulations} studies of simulated participants per "
         f"row (a share of .05 is known to ±{error:.3f}).",
         f"Effect: {assumed.effect:g} {assumed.effect_text}; person_sd {assumed.person_sd:g}, "
-        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}, alpha {found.alpha:g}"
+        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}, alpha {table.alpha:g}"
         f"{f', {assumed.items} items' if assumed.items else ''}; a trial: {assumed.trials_text}.",
         f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
     ]
     lines += method.notes()
     return "\n".join(
-        [*lines, *_errs(found), *_reached(found, of_pairs=method.of_pairs), "", *table_lines(found.rows)]
+        [*lines, *_errs(table), *_reached(table, of_pairs=method.of_pairs), "", *table_lines(table.rows)]
     )
 
 
-def _errs(found: PowerTable) -> list[str]:
+def _errs(table: PowerTable) -> list[str]:
     """Return the sizes at which the confirmatory test has more false positives than alpha, beyond chance."""
-    most = found.alpha + 3 * math.sqrt(found.alpha * (1 - found.alpha) / found.simulations)
-    wrong = [f"{row['participants']} x {row['trials']}" for row in found.rows if row["type_1"] > most]
+    most = table.alpha + 3 * math.sqrt(table.alpha * (1 - table.alpha) / table.simulations)
+    wrong = [f"{row['participants']} x {row['trials']}" for row in table.rows if row["type_1"] > most]
     return (
         [
             f"With {', '.join(wrong)} (participants x trials) the test has false positives more often than "
-            f"{found.alpha:g}: take more of either."
+            f"{table.alpha:g}: take more of either."
         ]
         if wrong
         else []
     )
 
 
-def _reached(found: PowerTable, *, of_pairs: bool) -> list[str]:
+def _reached(table: PowerTable, *, of_pairs: bool) -> list[str]:
     """Return the number of participants needed to show equivalence, in a sentence for each number of trials."""
-    margin = f"{'of a pair ' if of_pairs else ''}within ±{found.assumed.margin:g}"
+    margin = f"{'of a pair ' if of_pairs else ''}within ±{table.assumed.margin:g}"
 
     def each(trials: int) -> str:
         return f"With {trials} trial{'s' if trials > 1 else ''} each"
@@ -376,5 +376,5 @@ def _reached(found: PowerTable, *, of_pairs: bool) -> list[str]:
         if people is None
         else f"{each(trials)} it takes about {people} participants to show equivalence {margin} in "
         f"{ENOUGH:.0%} of studies."
-        for trials, people in found.equivalence_from.items()
+        for trials, people in table.equivalence_from.items()
     ]

@@ -137,8 +137,8 @@ class Study(BaseModel):
         Raises `ParameterError` for an unknown design.
         """
         kind, design = _design_of(values, "study")
-        if found := faults(kind, design, where="design"):
-            return tuple(Fault(("design", *one.place), one.sentence) for one in found)
+        if wrong := faults(kind, design, where="design"):
+            return tuple(Fault(("design", *one.place), one.sentence) for one in wrong)
         return faults(cls, {**values, "design": kind.model_validate(dict(design))}, where="")
 
     @cached_property
@@ -234,8 +234,8 @@ def _difference(one: Any, other: Any, place: str = "") -> str:
     if isinstance(one, dict) and isinstance(other, dict):
         for key in sorted({*one, *other}):
             inner = f"{place}.{key}" if place else key
-            if found := _difference(one.get(key), other.get(key), inner):
-                return found
+            if different := _difference(one.get(key), other.get(key), inner):
+                return different
         return ""
     return "" if one == other else place
 

@@ -176,10 +176,10 @@ def _texts(own: tuple[tuple[Path, int, int], ...]) -> Mapping[str, Texts]:
     """Return the texts of the package and of one's own files, whose times and sizes are keys of the cache."""
     package = Path(__file__).parent / "languages"
     english = read_toml(package / "en.toml")
-    found: dict[str, dict[str, str]] = {}
+    texts: dict[str, dict[str, str]] = {}
     for path in (*_files(package), *(path for path, _, _ in own)):
-        found.setdefault(path.stem, {}).update(_checked(read_toml(path), english, path))
-    return found
+        texts.setdefault(path.stem, {}).update(_checked(read_toml(path), english, path))
+    return texts
 
 
 def _files(place: Path) -> list[Path]:

@@ -126,15 +126,15 @@ def _pooled(
 ) -> Finding:
     """Return the share by participant, with p and equivalence uncorrected."""
     n = len(answers)
-    found = pooled_share(answers.numbers(), answers.column("participant"), margin=margin)
+    estimate = pooled_share(answers.numbers(), answers.column("participant"), margin=margin)
     return estimate_finding(
         of,
         "GEE by participant",
         CORRECT,
-        found,
+        estimate,
         answers,
         role=role,
-        effect={"d'": d_prime(corrected(round(found.estimate * n), n))},
+        effect={"d'": d_prime(corrected(round(estimate.estimate * n), n))},
         margin=margin,
     )
 
@@ -216,13 +216,13 @@ def _sides(kept: Answers) -> list[Finding]:
     sided = kept.where(answer=("A", "B"))
     if sided.people < 2:
         return []
-    found = pooled_share([answer == "A" for answer in sided.column("answer")], sided.column("participant"))
+    estimate = pooled_share([answer == "A" for answer in sided.column("answer")], sided.column("participant"))
     return [
         estimate_finding(
             "side",
             "GEE by participant",
             "share answered A",
-            found,
+            estimate,
             sided,
             statistic=None,
             note="a preference for one side, whatever was there",

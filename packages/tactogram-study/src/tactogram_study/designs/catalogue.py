@@ -59,20 +59,20 @@ def power_tables() -> dict[str, type[Design]]:
 
 @lru_cache(maxsize=8)
 def _designs(folders: tuple[Path, ...]) -> Mapping[str, type[Design]]:
-    found: dict[str, type[Design]] = {}
+    by_kind: dict[str, type[Design]] = {}
     for design in _classes(folders):
         kind = kind_of(design)
-        if found.setdefault(kind, design) is not design:
+        if by_kind.setdefault(kind, design) is not design:
             raise ParameterError(
-                f"two designs are called {kind!r}: {found[kind].__module__}, {design.__module__}"
+                f"two designs are called {kind!r}: {by_kind[kind].__module__}, {design.__module__}"
             )
     for label, names in (
-        ("margins", [name for design in found.values() for name in design.margins]),
-        ("power tables", [name for design in found.values() for name in design.power]),
+        ("margins", [name for design in by_kind.values() for name in design.margins]),
+        ("power tables", [name for design in by_kind.values() for name in design.power]),
     ):
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ParameterError(f"{label} of designs must differ in name, got {twice[0]!r} twice")
-    return found
+    return by_kind
 
 
 def kind_of(design: type[Design]) -> str:

@@ -197,9 +197,9 @@ class SessionStore(SessionPeople):
 
     def _answers(self, order: str, *values: int) -> tuple[Answer, ...]:
         with self._reading() as rows:
-            found = rows.execute(f"SELECT row FROM answers {order}", values).fetchall()
+            stored = rows.execute(f"SELECT row FROM answers {order}", values).fetchall()
         with self._damage_reported():
-            return tuple(parse_answer(text) for (text,) in found)
+            return tuple(parse_answer(text) for (text,) in stored)
 
     def _state(self, rows: sqlite3.Connection, participant: Participant) -> ParticipantState:
         record, cached = stored_pages(rows, participant), self._cache.get(participant.number)

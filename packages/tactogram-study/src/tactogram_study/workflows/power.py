@@ -90,11 +90,11 @@ def study_power(
     alpha = options.pop("alpha", ALPHA)
     assumed = replace(tables[name].power[name], **options)
     method = tables[name].power_method(assumed.kind)
-    found = power_table(
+    table = power_table(
         name, assumed, method, simulations=simulations, seed=seed, alpha=alpha, progress=progress
     )
-    plain: dict[str, Any] = finite(found.as_dict())
-    return plain | {"text": power_text(found, method)}
+    plain: dict[str, Any] = finite(table.as_dict())
+    return plain | {"text": power_text(table, method)}
 
 
 def power_options(study: Study) -> dict[str, Any]:

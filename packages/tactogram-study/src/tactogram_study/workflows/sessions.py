@@ -282,15 +282,15 @@ def simulate_session(
     own = bool(who) and all(known.simulated for known in who)
     out = folder if own else folder.with_name(f"{folder.name}{SIMULATED}")
     origin = read_json(folder / ORIGIN)["study"] if (folder / ORIGIN).is_file() else None
-    place = origin_folder(folder)
-    return _simulated(out, study, origin, place, participants, effect, seed=seed, progress=progress)
+    stimuli_folder = origin_folder(folder)
+    return _simulated(out, study, origin, stimuli_folder, participants, effect, seed=seed, progress=progress)
 
 
 def _simulated(
     out: Path,
     study: Study,
     origin: Path | str | None,
-    place: Path,
+    stimuli_folder: Path,
     count: int,
     effect: Mapping[str, Any] | None,
     *,
@@ -299,7 +299,7 @@ def _simulated(
 ) -> dict[str, Any]:
     """Let simulated participants take a study into a folder.
 
-    ``origin`` is the study's file, None if unknown; the paths of stimuli are relative to ``place``.
+    ``origin`` is the study's file, None if unknown; the paths of stimuli are relative to ``stimuli_folder``.
     """
     from tactogram_study.simulated_participants import simulate
     from tactogram_study.workflows.stimuli import StudyStimuli
@@ -310,7 +310,7 @@ def _simulated(
             raise DataError(f"{out}: people took this study; give simulated participants another folder")
         if origin is not None:
             keep_origin(out, origin)
-        stimuli = StudyStimuli(study, place)
+        stimuli = StudyStimuli(study, stimuli_folder)
         store.is_simulated, store.limited = stimuli.is_simulated, stimuli.limited
         log = _logger(store, stimuli) if play else None
         who = simulate(store, count, effect=true_effect, play=log, **options)

@@ -150,10 +150,10 @@ class StudyStimuli:
         for one in self.study.made_stimuli:
             if one.name not in self._limited:
                 with suppress(TactogramError):
-                    found = [line for facts in self._file_facts(one) for line in facts.get("limited", ())]
+                    lines = [line for facts in self._file_facts(one) for line in facts.get("limited", ())]
                     for name in filter(None, (one.run, one.image_run)):
-                        found += self._limits(one, load(name))
-                    self._limited[one.name] = found
+                        lines += self._limits(one, load(name))
+                    self._limited[one.name] = lines
         return {name: lines for name, lines in self._limited.items() if lines}
 
     def display(self, stimulus: Stimulus | None) -> Display:

@@ -87,7 +87,7 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
     for word, group in kept.by("question").items():
         if group.people < 2:
             continue
-        found = pooled_share(group.numbers(), group.column("participant"))
+        estimate = pooled_share(group.numbers(), group.column("participant"))
         images = {name: k for k, name in enumerate(group.unique("stimulus"))}
         raters = {name: k for k, name in enumerate(group.unique("participant"))}
         table = np.full((len(images), len(raters)), np.nan)
@@ -97,9 +97,9 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
         rows.append(
             {
                 "word": word,
-                "share": found.estimate,
-                "low": found.low,
-                "high": found.high,
+                "share": estimate.estimate,
+                "low": estimate.low,
+                "high": estimate.high,
                 "participants": group.people,
                 "krippendorff_alpha": alpha,
             }
@@ -109,7 +109,7 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
                 word,
                 "GEE by participant, over all images",
                 "share evoked",
-                found,
+                estimate,
                 group,
                 p=None,
                 statistic=None,

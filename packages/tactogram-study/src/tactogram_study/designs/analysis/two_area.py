@@ -76,9 +76,9 @@ def _differences(kept: Answers, names: tuple[str, ...]) -> dict[str, float]:
 
 def _mixed(kept: Answers, names: tuple[str, ...], measure: str) -> Finding:
     first = np.array([row.condition == names[0] for row in kept])
-    found = mixed_difference(kept.numbers(), first, kept.column("participant"), kept.column("stimulus"))
+    estimate = mixed_difference(kept.numbers(), first, kept.column("participant"), kept.column("stimulus"))
     test = "linear mixed model, participants and textures at random"
-    return estimate_finding("all", test, measure, found, kept)
+    return estimate_finding("all", test, measure, estimate, kept)
 
 
 def _textures(
