@@ -77,14 +77,6 @@ def test_an_application_imports_of_the_core_what_its_packages_list(folder):
 
 
 OPEN_CIRCLES = [
-    {"tactogram_study.designs", "tactogram_study.designs.catalogue", "tactogram_study.designs.design"}
-    | {"tactogram_study.practice", "tactogram_study.session.file", "tactogram_study.session.participants"}
-    | {"tactogram_study.session.progress", "tactogram_study.session.sitting", "tactogram_study.session.store"}
-    | {
-        "tactogram_study.simulated_participants",
-        "tactogram_study.study_analysis",
-        "tactogram_study.study_file",
-    },
     {"tactogram_studio.pages.make.files", "tactogram_studio.pages.make.form_view"}
     | {"tactogram_studio.pages.make.mix_view", "tactogram_studio.pages.make.page"}
     | {"tactogram_studio.pages.make.results_view"},

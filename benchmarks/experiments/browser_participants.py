@@ -20,8 +20,9 @@ from typing import Any
 
 from tactogram.errors import DataError, DeviceError
 from tactogram.extras import imported
-from tactogram_study.session.sitting import next_page
-from tactogram_study.simulated_participants import SimulatedEffect, SimulatedParticipant
+from tactogram_study.session.progress import next_page
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import SimulatedParticipant
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PageAnswers, Participant
 

@@ -19,7 +19,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback
 from tactogram_study.analysis.threshold import SETTLED_3_DOWN, estimate_threshold, reversal_threshold
 from tactogram_study.designs.staircase import Staircase, StaircaseTrack
-from tactogram_study.simulated_participants import SimulatedEffect
+from tactogram_study.simulated_observer import SimulatedEffect
 from tactogram_study.study_file import Study
 
 Numbers = NDArray[np.float64]

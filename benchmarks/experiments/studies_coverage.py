@@ -21,9 +21,11 @@ from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback
 from tactogram_study.analysis.findings import EQUIVALENT, SHOWN
-from tactogram_study.simulated_participants import SimulatedEffect, simulated_answers
-from tactogram_study.statistics.shares import share_of
-from tactogram_study.study_analysis import AnalysisPlan, analyse
+from tactogram_study.planned import AnalysisPlan
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import simulated_answers
+from tactogram_study.statistics import share_of
+from tactogram_study.study_analysis import analyse
 from tactogram_study.study_file import Study
 
 KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}

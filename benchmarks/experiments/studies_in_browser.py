@@ -23,7 +23,7 @@ from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback
 from tactogram_study.analysis.findings import p_text
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import SimulatedEffect
+from tactogram_study.simulated_observer import SimulatedEffect
 from tactogram_study.study_file import Study
 
 SEEDS = {"effect": 1, "none": 2}

@@ -9,7 +9,7 @@ from typing import Any
 
 from benchmarks.experiments.study_truths import Truth
 from tactogram_study.analysis.findings import EQUIVALENT, SHOWN
-from tactogram_study.simulated_participants import SimulatedEffect
+from tactogram_study.simulated_observer import SimulatedEffect
 from tactogram_study.study_file import Study
 
 RECOVERED, MISSED, NOT_FOUND = "recovered", "shown, outside the interval", "not shown"

@@ -12,8 +12,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import expit, ndtr, ndtri
 
-from tactogram_study.simulated_participants import UNIT, SimulatedEffect, typical
-from tactogram_study.statistics.shares import abx_share
+from tactogram_study.simulated_observer import UNIT, SimulatedEffect, typical
+from tactogram_study.statistics import abx_share
 from tactogram_study.study_file import Study
 
 Truth = Callable[[SimulatedEffect, Study, int], float]

@@ -23,9 +23,14 @@ GUIDES = {
     "actuating": ("ultrasonic-display", "carrier-tracking", "electrovibration", "devices"),
     "streaming": ("streaming", "stream-displays", "stream-messages"),
     "capturing": ("capture", "capture-sessions"),
-    "studying": ("studies", "study-files"),
-    "study_sessions": ("studies", "study-tablets", "study-answers"),
-    "study_analysis": ("study-analysis", "study-accuracy"),
+    "studying": (
+        "studies",
+        "study-files",
+        "study-tablets",
+        "study-answers",
+        "study-analysis",
+        "study-accuracy",
+    ),
     "studio": ("studio", "studio-data", "touch", "server-safety"),
     "benchmarking": ("benchmark", "benchmark-results", "results"),
     "serving": ("studies",),
@@ -62,16 +67,15 @@ def described_function(words: str, verb: FunctionVerb) -> list[str]:
     """Return the Markdown lines of a verb that is a function."""
     flags = flags_of(verb)
     known = parameters(verb.load())
-    usage = " ".join(
-        ["tactogram", words, *(one.name.upper() for one in known if one.positional), "[options]"]
-    )
+    by_place = [one.name for one in known if flags[one.name] == one.name]
+    usage = " ".join(["tactogram", words, *map(str.upper, by_place), "[options]"])
     lines = [
         f"{summary(verb.load())}\n",
         f"```text\n{usage}\n```\n",
         f"```{{program}} tactogram {words}\n```\n",
     ]
     for one in known:
-        name = one.name.upper() if one.positional else f"{flags[one.name]} {one.name.upper()}"
+        name = one.name.upper() if one.name in by_place else f"{flags[one.name]} {one.name.upper()}"
         default = f" (default {one.default})" if one.default else ""
         required = one.default is Parameter.empty
         lines.append(f"````{{option}} {name}\n{one.text}{'' if required else default}\n````\n")

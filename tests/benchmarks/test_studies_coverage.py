@@ -10,7 +10,8 @@ from benchmarks.experiments.study_cases import STUDIES
 from tactogram.errors import ParameterError
 from tactogram.workflows.progress import silent
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import SimulatedEffect, simulate, simulated_answers
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import simulate, simulated_answers
 from tactogram_study.study_file import Study
 
 

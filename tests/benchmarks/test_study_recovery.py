@@ -5,7 +5,8 @@ import pytest
 from benchmarks.experiments import study_recovery as recovery, study_truths
 from benchmarks.experiments.study_cases import STUDIES
 
-from tactogram_study.simulated_participants import SimulatedEffect, simulated_answers
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import simulated_answers
 from tactogram_study.study_file import Study
 
 

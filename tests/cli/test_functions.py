@@ -118,12 +118,6 @@ def test_the_text_is_printed_and_notes_go_to_stderr(capsys):
     assert capsys.readouterr() == ("count 3\n", "note: noted\n")
 
 
-def test_notes_name_options_instead_of_parameters(capsys):
-    verb = VERB._replace(notes=lambda result: ["say `rate=5`, or `unit=g`"])
-    assert run("mix", verb, ["a.wav"]) == 0
-    assert capsys.readouterr().err == "note: say `--rate 5`, or `--set unit=g`\n"
-
-
 @pytest.mark.parametrize(
     ("line", "message"),
     [

@@ -3,10 +3,31 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tactogram.cli import main
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
+from tactogram_study.session.progress import next_page
 from tactogram_study.session.store import SessionStore
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import SimulatedParticipant
 from tactogram_study.study_file import Study
+from tactogram_study.trials import PageAnswers, Participant
+
+STUDY_FILE = """
+title = "Small"
+consent = "Do you agree?"
+level = "gain=0.1"
+[design]
+kind = "staircase"
+most_trials = 4
+[[stimuli]]
+name = "buzz"
+file = "buzz.wav"
+"""
+ANYBODY = Participant("P1", 1)
 
 DESIGNS = {
     "two_area": {"kind": "two_area", "repeats": 2},
@@ -72,3 +93,44 @@ def bids_issues():
         )
 
     return issues
+
+
+@pytest.fixture
+def taken():
+    """Return all pages of a simulated participant, and what came back from each."""
+
+    def take(study, participant=ANYBODY, effect=None, seed=0):
+        simulated = SimulatedParticipant(effect or SimulatedEffect(), (seed, participant.number))
+        pages, given = [], []
+        while (page := next_page(study, participant, given)) is not None:
+            pages.append(page)
+            given.append(PageAnswers(page.token, page.accepted(simulated.answer(page)), page.more))
+        return pages, given
+
+    return take
+
+
+@pytest.fixture
+def trials():
+    """Return the pages of trials among all."""
+    return lambda pages: [page for page in pages if page.kind not in ("consent", "questions")]
+
+
+@pytest.fixture
+def study_file(tmp_path):
+    t = np.arange(500) / 1000
+    write_signal(tmp_path / "buzz.wav", Signal(np.sin(2 * np.pi * 80 * t), 1000, "m/s^2"))
+    path = tmp_path / "small.toml"
+    path.write_text(STUDY_FILE)
+    return path
+
+
+@pytest.fixture
+def printed(capsys):
+    """Return the JSON that a command prints."""
+
+    def run(*arguments):
+        assert main([*map(str, arguments), "--json"]) == 0
+        return json.loads(capsys.readouterr().out)
+
+    return run

@@ -13,8 +13,8 @@ from tactogram_study.analysis.findings import (
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.designs import find_design
 from tactogram_study.designs.catalogue import margin_text
-from tactogram_study.planned import PlannedAnalysis, changed_margins
-from tactogram_study.study_analysis import AnalysisPlan, analyse
+from tactogram_study.planned import AnalysisPlan, PlannedAnalysis, changed_margins
+from tactogram_study.study_analysis import analyse, plan_lines
 from tactogram_study.study_file import Study, shipped_studies
 
 
@@ -52,7 +52,7 @@ def test_a_margin_of_the_file_decides_and_is_said_to_be_given_beforehand():
     plan = AnalysisPlan.of(planned)
     assert decided(discrimination(50), plan).verdict == EQUIVALENT
     assert plan.deviations == {}
-    [margins, alpha] = plan.lines()
+    [margins, alpha] = plan_lines(plan)
     assert (
         margins
         == "Margins, given beforehand in the study's file: abx ±0.1 of the share correct (six of ten)."
@@ -66,13 +66,13 @@ def test_a_margin_that_differs_is_reported_as_given_afterwards():
     assert (found.verdict, found.margin) == (EQUIVALENT, 0.1)
     assert "margin given afterwards" in found.note
     assert plan.deviations == {"abx": 0.1}
-    assert any("afterwards, not as in the study's file: abx ±0.1" in line for line in plan.lines())
+    assert any("afterwards, not as in the study's file: abx ±0.1" in line for line in plan_lines(plan))
     assert analyse(discrimination(50), plan=plan).as_dict()["given_afterwards"] == {"abx": 0.1}
 
 
 def test_without_the_study_nobody_knows_when_a_margin_was_given():
     plan = AnalysisPlan({"abx": 0.1})
-    assert "Whether that was beforehand cannot be seen" in plan.lines()[0]
+    assert "Whether that was beforehand cannot be seen" in plan_lines(plan)[0]
     assert analyse(discrimination(50), plan=plan).as_dict()["margins_beforehand"] is None
 
 

@@ -5,8 +5,10 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_study.session.sitting import consent_sha256
+from tactogram_study.session.progress import consent_sha256, next_page
+from tactogram_study.simulated_participants import simulated_answers
 from tactogram_study.study_file import Study, shipped_studies
+from tactogram_study.trials import PageAnswers, Participant
 from tactogram_study.wording import wordings
 
 
@@ -126,3 +128,54 @@ def test_a_study_has_the_languages_of_its_texts(make_study, texts, languages):
     study = make_study(**texts)
     assert study.languages == languages
     assert list(json.loads(study.as_json())["title"]) == sorted(languages)
+
+
+def first_trial(study, language="ja"):
+    participant = Participant("K1", 1, language)
+    given = [PageAnswers("consent", {"consent": "agreed"})]
+    return next_page(study, participant, given).shown(language)
+
+
+@pytest.mark.parametrize(("language", "said"), [("ja", "金属板"), ("en", "Touch plate ")])
+def test_a_page_calls_things_as_the_file_says_in_its_language(language, said):
+    [slot] = first_trial(Study.load("plate-words"), language)["slots"]
+    assert said in slot["text"]
+    assert "plate0" not in slot["text"]
+
+
+def test_the_page_after_two_areas_calls_the_texture_by_its_name():
+    study = Study.load("two-area", changes={"grid.items": ["cork-sheet"], "design.repeats": 1, "before": []})
+    participant = Participant("K1", 1, "ja")
+    given = [PageAnswers("consent", {"consent": "agreed"})]
+    page = next_page(study, participant, given)
+    given.append(PageAnswers(page.token, {"which": "A"}, page.more))
+    text = next_page(study, participant, given).shown("ja")["text"]
+    assert "コルクシート" in text
+    assert "cork-sheet" not in text
+    assert "carpet" in study.unused_names
+
+
+def test_rows_keep_the_keys():
+    study = Study.load("plate-words", changes={"grid.count": 2, "design.words": ["rough"]})
+    trials = simulated_answers(study, 1).where(design="rating")
+    assert set(trials.column("stimulus")) == {"plate01", "plate02"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"names.tile": {"ja": "タイル"}}, "names.tile lacks the language en"),
+        ({"names.tile": "carpet"}, "two are called 'carpet' in en"),
+    ],
+)
+def test_names_must_differ_and_be_there_in_each_language(changes, said):
+    with pytest.raises(ParameterError, match=said):
+        Study.load("threshold", changes=changes)
+
+
+@pytest.mark.parametrize("name", [name for name in shipped_studies() if name != "magnitude"])
+def test_what_is_shipped_has_names_for_all_its_items_in_each_language(name):
+    study = Study.load(name)
+    assert not study.unused_names
+    for language in study.languages:
+        assert {one.item for one in study.all_stimuli} <= set(study.names_in(language))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from tactogram.extras import imported
 from tactogram_studio.context import Studio
 from tactogram_studio.server.listening import ListeningPort
-from tactogram_study.participants.secret_files import write_secret
+from tactogram_study.participants.tickets import write_secret
 
 if TYPE_CHECKING:
     from tactogram_studio.server.guard import RequestGuard

@@ -1,114 +1,20 @@
-"""Analysis of a whole study: a plan, and a section for each question."""
+"""Analysis of a whole study: a section for each question."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from tactogram.errors import DataError, ParameterError
-from tactogram_study.analysis.findings import ALPHA, AnalysisSection, with_verdicts
-from tactogram_study.answers import Answers, Targets
+from tactogram_study.analysis.findings import AnalysisSection, with_verdicts
+from tactogram_study.answers import Answers
 from tactogram_study.designs import designs
 from tactogram_study.designs.catalogue import margin_scales, margin_text
-from tactogram_study.planned import PlannedAnalysis, changed_margins
+from tactogram_study.planned import AnalysisPlan
 from tactogram_study.practice import MARK
 
 UNTESTED = ("questions", MARK)
 """Designs of rows that are counted, not tested: the questions before and after, and practice."""
-
-
-@dataclass(frozen=True)
-class AnalysisPlan:
-    """Decisions made before the answers are seen.
-
-    Parameters
-    ----------
-    margins : mapping from str to float
-        Half the width of what counts as equal, by name of a design's ``margins``.
-    targets : mapping, optional
-        Target scores of words by stimulus.
-    reference : str, optional
-        Condition whose mean scores are the targets instead.
-    draws : int
-        Of a bootstrap.
-    alpha : float
-        A difference is shown if p is below. Intervals are always of 95 %.
-    planned : PlannedAnalysis, optional
-        Analysis in the study's file. Deviations are reported; without it, nobody can see when margins were set.
-    """
-
-    margins: Mapping[str, float]
-    targets: Targets | None = None
-    reference: str | None = None
-    seed: int = 0
-    draws: int = 2000
-    alpha: float = ALPHA
-    planned: PlannedAnalysis | None = None
-
-    @classmethod
-    def of(
-        cls, beforehand: PlannedAnalysis, margins: Mapping[str, float] | None = None, **options: Any
-    ) -> AnalysisPlan:
-        """Return the plan of a study's file, with ``margins`` that replace its own."""
-        return cls({**beforehand.values, **(margins or {})}, planned=beforehand, **options)
-
-    @property
-    def deviations(self) -> dict[str, float]:
-        """Margins and alpha that differ from the study's file; {} without it."""
-        if self.planned is None:
-            return {}
-        changed = {} if self.alpha == self.planned.alpha else {"alpha": self.alpha}
-        return changed_margins(self.margins, self.planned.values) | changed
-
-    def lines(self) -> list[str]:
-        """Return sentences on the margins, and on when they were set."""
-        texts = [margin_text(name, value) for name, value in self.margins.items()]
-        beforehand = [] if self.planned is None else list(self.planned.margins.items())
-        if self.planned is None:
-            lines = [
-                f"Margins, given with the analysis: {', '.join(texts)}. Whether that was beforehand cannot be seen"
-            ]
-            lines = lines if texts else ["No margin was given: nothing can be equivalent"]
-        elif beforehand:
-            planned = [
-                margin_text(name, margin.value) + (f" ({margin.because})" if margin.because else "")
-                for name, margin in beforehand
-            ]
-            lines = [f"Margins, given beforehand in the study's file: {', '.join(planned)}"]
-        else:
-            lines = ["The study's file gives no margin" + ("" if texts else ": nothing can be equivalent")]
-        if self.deviations:
-            changed = ", ".join(
-                f"alpha {value:g}" if name == "alpha" else margin_text(name, value)
-                for name, value in self.deviations.items()
-            )
-            lines.append(
-                f"Given afterwards, not as in the study's file: {changed}. What rests on it is exploratory"
-            )
-        timing = "" if self.planned is None or "alpha" in self.deviations else " (beforehand)"
-        lines.append(f"Alpha {self.alpha:g}{timing}; intervals are of 95 %")
-        return [f"{line}." for line in lines]
-
-    def generator(self) -> np.random.Generator:
-        """Return the generator of a section's bootstraps, the same for each section."""
-        return np.random.default_rng(self.seed)
-
-    def __post_init__(self) -> None:
-        scales = margin_scales()
-        for name, margin in self.margins.items():
-            if name not in scales:
-                raise ParameterError(f"a margin must be for one of {', '.join(scales)}, got {name!r}")
-            if not (margin > 0 and np.isfinite(margin)):
-                raise ParameterError(f"margin of {name} must be > 0, got {margin:g}")
-        if self.targets is not None and self.reference is not None:
-            raise ParameterError("targets and reference exclude each other, got both")
-        if not 0 < self.alpha <= 0.2:
-            raise ParameterError(f"alpha must be > 0 and at most 0.2, got {self.alpha:g}")
-        if self.draws < 100:
-            raise ParameterError(f"draws must be at least 100 for an interval of 95 %, got {self.draws}")
 
 
 @dataclass(frozen=True)
@@ -140,7 +46,7 @@ class StudyAnalysis:
         """Return the analysis in lines."""
         head = [
             f"Study {self.study}",
-            *self.plan.lines(),
+            *plan_lines(self.plan),
             "A difference is shown or not shown; with a margin what is not shown is equivalent within the margin or "
             "undecided. What is not shown is not shown to be absent.",
             *(f"Note: {note}." for note in self.notes),
@@ -150,13 +56,45 @@ class StudyAnalysis:
         return "\n\n".join(parts) + "\n"
 
 
+def plan_lines(plan: AnalysisPlan) -> list[str]:
+    """Return sentences on the margins, and on when they were set."""
+    texts = [margin_text(name, value) for name, value in plan.margins.items()]
+    if plan.planned is None:
+        lines = [
+            f"Margins, given with the analysis: {', '.join(texts)}. Whether that was beforehand cannot be seen"
+        ]
+        lines = lines if texts else ["No margin was given: nothing can be equivalent"]
+    elif plan.planned.margins:
+        planned = [
+            margin_text(name, margin.value) + (f" ({margin.because})" if margin.because else "")
+            for name, margin in plan.planned.margins.items()
+        ]
+        lines = [f"Margins, given beforehand in the study's file: {', '.join(planned)}"]
+    else:
+        lines = ["The study's file gives no margin" + ("" if texts else ": nothing can be equivalent")]
+    if plan.deviations:
+        changed = ", ".join(
+            f"alpha {value:g}" if name == "alpha" else margin_text(name, value)
+            for name, value in plan.deviations.items()
+        )
+        lines.append(
+            f"Given afterwards, not as in the study's file: {changed}. What rests on it is exploratory"
+        )
+    timing = "" if plan.planned is None or "alpha" in plan.deviations else " (beforehand)"
+    lines.append(f"Alpha {plan.alpha:g}{timing}; intervals are of 95 %")
+    return [f"{line}." for line in lines]
+
+
 def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnalysis:
     """Return the analysis of every question in the answers to one study.
 
-    Raises `DataError` if there is no answer to a trial, answers are of several studies, or people and simulated
-    participants are mixed.
+    Raises `ParameterError` for a margin that no design has; `DataError` if there is no answer to a trial, answers are
+    of several studies, or people and simulated participants are mixed.
     """
     plan = plan or AnalysisPlan({})
+    scales = margin_scales()
+    if unknown := next((name for name in plan.margins if name not in scales), None):
+        raise ParameterError(f"a margin must be for one of {', '.join(scales)}, got {unknown!r}")
     studies = answers.unique("study")
     if len(studies) > 1:
         raise DataError(f"answers must be of one study, got {', '.join(studies)}; analyse them one by one")

@@ -15,15 +15,13 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validat
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
 from tactogram.validation import Fault, faults, validated, with_changes
-from tactogram_study import studies as _studies
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
-from tactogram_study.orders import Rule
 from tactogram_study.planned import PlannedAnalysis
 from tactogram_study.practice import Practice
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus, StimulusGrid
-from tactogram_study.trials import DesignContext
+from tactogram_study.trials import DesignContext, Rule
 from tactogram_study.wording import Language, Wording, language_texts, wordings
 
 NAME = r"^[a-z0-9][a-z0-9_]{0,39}$"
@@ -49,7 +47,7 @@ class Study(BaseModel):
     seed: int = Field(default=0, ge=0)
     """Decides every order and side that is drawn at random."""
     order: Rule = "random"
-    """See `tactogram_study.orders.ordered`."""
+    """See `tactogram_study.trials.ordered`."""
     display: str = "audio"
     """Display of the stimuli, as `render` takes it."""
     played_by: Literal["browser", "server", "stream"] = "browser"
@@ -139,8 +137,8 @@ class Study(BaseModel):
         Raises `ParameterError` for an unknown design.
         """
         kind, design = _design_of(values, "study")
-        if found := faults(kind, design, where="design"):
-            return tuple(Fault(("design", *one.place), one.sentence) for one in found)
+        if wrong := faults(kind, design, where="design"):
+            return tuple(Fault(("design", *one.place), one.sentence) for one in wrong)
         return faults(cls, {**values, "design": kind.model_validate(dict(design))}, where="")
 
     @cached_property
@@ -236,13 +234,13 @@ def _difference(one: Any, other: Any, place: str = "") -> str:
     if isinstance(one, dict) and isinstance(other, dict):
         for key in sorted({*one, *other}):
             inner = f"{place}.{key}" if place else key
-            if found := _difference(one.get(key), other.get(key), inner):
-                return found
+            if different := _difference(one.get(key), other.get(key), inner):
+                return different
         return ""
     return "" if one == other else place
 
 
 def shipped_studies() -> dict[str, Path]:
     """Return the studies that come with the package, by name."""
-    [folder] = map(Path, _studies.__path__)
+    folder = Path(__file__).parent / "studies"
     return {path.stem: path for path in sorted(folder.glob("*.toml"))}

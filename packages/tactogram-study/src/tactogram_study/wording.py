@@ -7,8 +7,9 @@ key. A missing text is that of English.
 
 from __future__ import annotations
 
+import html
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -27,7 +28,6 @@ from pydantic import (
 from tactogram.errors import ParameterError, shown
 from tactogram.plugins import further_folders
 from tactogram.text_files import read_toml
-from tactogram_study import languages as _languages
 
 TAG = r"^[a-z]{2,3}(-[A-Za-z0-9]{2,8}){0,3}$"
 Language = Annotated[str, Field(pattern=TAG)]
@@ -174,12 +174,12 @@ def _known(language: str) -> Texts:
 @lru_cache(maxsize=8)
 def _texts(own: tuple[tuple[Path, int, int], ...]) -> Mapping[str, Texts]:
     """Return the texts of the package and of one's own files, whose times and sizes are keys of the cache."""
-    [package] = map(Path, _languages.__path__)
+    package = Path(__file__).parent / "languages"
     english = read_toml(package / "en.toml")
-    found: dict[str, dict[str, str]] = {}
+    texts: dict[str, dict[str, str]] = {}
     for path in (*_files(package), *(path for path, _, _ in own)):
-        found.setdefault(path.stem, {}).update(_checked(read_toml(path), english, path))
-    return found
+        texts.setdefault(path.stem, {}).update(_checked(read_toml(path), english, path))
+    return texts
 
 
 def _files(place: Path) -> list[Path]:
@@ -211,3 +211,11 @@ def _filled_in(text: str) -> list[str]:
 
 def _listed(names: list[str]) -> str:
     return " and ".join(names) or "nothing in braces"
+
+
+def paragraphs(key: str, languages: Iterable[str] | None = None) -> str:
+    """Return a text as HTML, a paragraph per language, by default of all: for pages that cannot know the reader's."""
+    return "".join(
+        f"<p class='lead' lang='{language}'>{html.escape(complete_texts(language)[key])}</p>\n"
+        for language in (language_texts() if languages is None else languages)
+    )

@@ -4,7 +4,8 @@ import sys
 from pathlib import Path
 
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import SimulatedEffect, SimulatedParticipant
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import SimulatedParticipant
 
 folder, code = Path(sys.argv[1]), sys.argv[2]
 store = SessionStore(folder)

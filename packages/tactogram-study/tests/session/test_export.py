@@ -8,7 +8,8 @@ from tactogram_study.answers import cells, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
 from tactogram_study.session.export import export_bids
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import SimulatedEffect, simulate
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import simulate
 from tactogram_study.study_file import Study
 
 

@@ -14,7 +14,8 @@ from tactogram.errors import DataError, ParameterError
 from tactogram_study.session import progress as session_standing, store as session_store
 from tactogram_study.session.participants import CODE, drawn_code
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import SimulatedEffect, SimulatedParticipant, simulate, take
+from tactogram_study.simulated_observer import SimulatedEffect
+from tactogram_study.simulated_participants import SimulatedParticipant, simulate, take
 
 HASH = "0" * 64
 

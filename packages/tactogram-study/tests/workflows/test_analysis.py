@@ -1,16 +1,19 @@
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tactogram.cli import main
-from tactogram.errors import ParameterError
-from tactogram_study.designs import find_design
-from tactogram_study.power.table import PowerTable
+from tactogram_study.analysis.findings import AnalysisSection, Finding
+from tactogram_study.simulated_participants import simulated_answers
 from tactogram_study.study_file import Study
-from tactogram_study.workflows.analysis import analyse_study, targets_of
-from tactogram_study.workflows.power import _power_text, power_options, study_power
+from tactogram_study.workflows.analysis import (
+    JSON_FILE,
+    analyse_study,
+    named_answers,
+    named_section,
+    targets_of,
+)
 
 
 @pytest.fixture
@@ -75,9 +78,9 @@ def test_ratings_of_an_export_need_only_their_design(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        (["--margin", "which"], "QUESTION=VALUE"),
+        (["--margin", "which"], "--margin must be KEY=VALUE"),
         (["--margin", "weight=1"], "a margin must be for one of"),
-        (["--column", "participant"], "NAME=HEADING"),
+        (["--column", "participant"], "--column must be KEY=VALUE"),
         (["--draws", "1"], "at least 100"),
         (["--targets", "nowhere.csv"], "no such table of target ratings"),
     ],
@@ -110,59 +113,64 @@ def test_targets_can_be_the_answers_to_a_study_of_plates(tmp_path):
     assert targets_of(path) == {"plate01": {"rough": 3.5}}
 
 
-def test_a_power_table_is_printed(capsys):
-    given = ["study", "power", "two_area", "--participants", "10", "--trials", "10", "--simulations", "200"]
-    assert main(given) == 0
-    said = capsys.readouterr().out
-    assert "simulated participants" in said
-    assert "GEE by participant" in said
-    assert main(["study", "power", "two_area", "--participants", "ten"]) == 1
-    assert "whole numbers" in capsys.readouterr().err
-
-
-def test_a_size_at_which_the_test_itself_errs_is_named():
-    rows = [
-        {"participants": 20, "trials": trials, "type_1": wrong} for trials, wrong in ((30, 0.2), (60, 0.06))
-    ]
-    design = find_design("pairwise")
-    table = PowerTable("pairwise", design.power["pairwise"], 2000, 0, 0.05, tuple(rows), {30: None, 60: 40})
-    method = design.power_method("strengths")
-    assert "With 20 x 30 (participants x trials) the test has false positives" in _power_text(table, method)
-    right = replace(table, rows=tuple(rows[1:]))
-    assert "what is not there more often" not in _power_text(right, method)
-
-
-def test_a_studys_own_margin_and_trials_are_taken_for_its_power():
-    found = study_power("preference", participants=[6], simulations=100)
-    assert (found["design"], found["assumed"]["margin"], found["assumed"]["items"]) == ("pairwise", 0.7, 6)
-    assert [row["trials"] for row in found["rows"]] == [60]
-    assert "to show equivalence of a pair within ±0.7 in 80% of studies" in found["text"]
-    own = study_power("abx", participants=[6], margin=0.2, person_sd=0.0, simulations=100)["assumed"]
-    assert (own["margin"], own["person_sd"]) == (0.2, 0.0)
-
-
-def test_the_power_of_a_study_has_its_alpha_and_a_staircases_trials_are_not_the_most():
-    study = Study.load("threshold", changes={"analysis.alpha": 0.01})
-    options = power_options(study)
-    assert options["alpha"] == 0.01
-    assert 50 <= options["trials"][0] <= 70  # 12 reversals; at most 120 trials
-    few = Study.load("threshold", changes={"design.most_trials": 30})
-    assert power_options(few)["trials"] == (30,)
-
-
-def test_ten_votes_cannot_show_equivalence():
-    assert study_power("evoked", participants=[10], simulations=100)["rows"][0]["equivalence"] == 0.0
-
-
-def test_a_power_table_that_is_not_there_is_named():
-    with pytest.raises(
-        ParameterError, match="design must be one of abx, .*, two_area, realism, or a study, got 'abc'"
-    ):
-        study_power("abc")
-
-
 def test_a_design_that_is_not_there_is_named(tmp_path):
     path = tmp_path / "own.csv"
     path.write_text("study,participant,design,question,answer\ns,a,abx,which,A\n")
     with pytest.raises(Exception, match="no rows of design 'rating', but abx"):
         analyse_study(path, tmp_path / "out", design="rating")
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    """Give tables of a few made answers: of two designs, and of one of them."""
+    folder = tmp_path_factory.mktemp("tables")
+    heading = "study,participant,trial,design,question,stimulus,answer,value"
+    rows = [
+        f"made,P{person},{trial},{design},which,tile,A,{(person + trial) % 2}"
+        for design in ("abx", "two_area")
+        for person in range(3)
+        for trial in range(1, 5)
+    ]
+    (folder / "both.csv").write_text("\n".join([heading, *rows]) + "\n")
+    (folder / "abx.csv").write_text("\n".join([heading, *rows[:12]]) + "\n")
+    return folder
+
+
+def test_an_earlier_analysis_leaves_no_figure_beside_a_new_report_and_own_files_stay(tables, tmp_path):
+    earlier = analyse_study(tables / "both.csv", tmp_path, draws=100)["files"]
+    stale = sorted(name for name in earlier if name.startswith("two_area") and name.endswith(".png"))
+    assert stale
+    (tmp_path / "photo.png").write_bytes(b"mine")
+    found = analyse_study(tables / "abx.csv", tmp_path, draws=100)["files"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*found, "photo.png"])
+    assert not set(stale) & set(found)
+    alone = analyse_study(tables / "abx.csv", tmp_path, draws=100, figures=False)["files"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*alone, "photo.png"])
+
+
+@pytest.mark.parametrize(
+    "said", ["{", "[]", '{"files": 3}', '{"files": ["../a.png", "notes.txt", "\\u0000.png", 3]}']
+)
+def test_nothing_else_is_removed(said, tables, tmp_path):
+    folder = tmp_path / "found"
+    folder.mkdir()
+    (folder / JSON_FILE).write_text(said)
+    for path in (tmp_path / "a.png", folder / "notes.txt"):
+        path.write_bytes(b"mine")
+    analyse_study(tables / "abx.csv", folder, figures=False, draws=100)
+    assert (tmp_path / "a.png").exists()
+    assert (folder / "notes.txt").exists()
+
+
+def test_what_is_read_has_names_and_whole_words_only():
+    names = {"tile": "floor tile", "cork-sheet": "cork sheet", "generated": "made"}
+    table = [{"texture": "tile", "generated mean": 2.0, "verdict": "tile"}]
+    found = Finding("tile over tile-2", "t", "check", "generated minus recorded, mm", 1.0)
+    section = AnalysisSection("Which?", "two_area", "which", 2, 4, True, (found,), {"per texture": table})
+    named = named_section(section, names)
+    assert named.findings[0].of == "floor tile over tile-2"
+    assert named.findings[0].measure == "made minus recorded, mm"
+    assert list(named.tables.values()) == [[{"texture": "floor tile", "made mean": 2.0, "verdict": "tile"}]]
+    assert named_section(section, {}) is section
+    answers = simulated_answers(Study.load("threshold", changes={"design.most_trials": 4}), 1)
+    assert "floor tile" in named_answers(answers, names).unique("condition")

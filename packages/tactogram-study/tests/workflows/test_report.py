@@ -90,7 +90,7 @@ def test_margins_given_with_the_command_are_said_to_come_afterwards(session, tmp
 
 
 def test_an_exported_table_is_reported_with_what_stands_beside_it(session, tmp_path):
-    export_study(session, table=tmp_path / "answers.csv")
+    export_study(session, out=tmp_path / "answers.csv")
     analyse_study(tmp_path / "answers.csv", tmp_path / "out", draws=200, figures=False)
     text = plain((tmp_path / "out" / "report.html").read_text(encoding="utf-8"))
     assert "given beforehand" in text
@@ -128,7 +128,7 @@ def test_the_verb_says_how_many_stand_how(tmp_path, capsys):
 
 
 def test_a_table_alone_says_that_its_study_is_not_known(session, tmp_path):
-    export_study(session, table=tmp_path / "answers.csv")
+    export_study(session, out=tmp_path / "answers.csv")
     (tmp_path / "answers.study.json").unlink()
     result = analyse_study(tmp_path / "answers.csv", tmp_path / "out", draws=200, figures=False)
     assert result["margins_beforehand"] is None
@@ -144,7 +144,7 @@ def test_practice_is_analysed_when_asked_for_and_said_so(session, tmp_path):
 
 
 def test_what_devices_measured_stands_in_the_report(session, tmp_path):
-    export_study(session, table=tmp_path / "answers.csv")
+    export_study(session, out=tmp_path / "answers.csv")
     whole = read_answers(tmp_path / "answers.csv")
     rows = [
         replace(row, more={**row.more, "device_finger_speed_mm_s": str(480 + k % 3), "device_pointer": "pen"})

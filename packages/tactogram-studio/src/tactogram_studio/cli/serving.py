@@ -9,7 +9,6 @@ from tactogram.cli.printing import Printer, lines_of
 from tactogram.cli.verbs import Verb
 from tactogram.workflows import Argument, Option
 from tactogram_studio.cli.studio import ServerOptions, bound_port, shown_qr_code
-from tactogram_study.workflows.requests import CHANGES
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,9 @@ class _RunRequest(ServerOptions):
         tuple[str, ...],
         Option("codes to enrol beforehand; otherwise people get one as they join", "CODE,CODE,…"),
     ] = ()
-    changes: Annotated[Mapping[str, Any] | None, CHANGES] = None
+    changes: Annotated[
+        Mapping[str, Any] | None, Option("change a value of the study", "KEY=VALUE", "--set")
+    ] = None
 
 
 def _run(request: _RunRequest, show: Printer) -> None:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from tactogram.errors import DataError
 from tactogram.extras import imported
-from tactogram_study.participants.secret_files import write_secret
+from tactogram_study.participants.tickets import write_secret
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate as ParsedCertificate, GeneralName

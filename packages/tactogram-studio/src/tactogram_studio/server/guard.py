@@ -29,7 +29,7 @@ from tactogram_studio.server.guard_rules import (
     refusal,
     token_in_query,
 )
-from tactogram_study.participants.every_language import paragraphs
+from tactogram_study.wording import paragraphs
 
 PARTICIPANT_POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob: data:; media-src 'self' blob:; "

@@ -5,7 +5,7 @@ Ten trials cannot show that two stimuli are indistinguishable: 9 of 10 must be r
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -14,7 +14,6 @@ from scipy import stats
 
 from tactogram.statistics import holm
 from tactogram_study.analysis.findings import (
-    ALPHA,
     BY_P,
     AnalysisSection,
     Finding,
@@ -26,8 +25,14 @@ from tactogram_study.analysis.findings import (
     share_columns,
 )
 from tactogram_study.answers import Answers
-from tactogram_study.statistics.clustered import pooled_share
-from tactogram_study.statistics.shares import corrected, share_equivalence, share_of, smallest_significant
+from tactogram_study.planned import ALPHA
+from tactogram_study.statistics import (
+    corrected,
+    pooled_share,
+    share_equivalence,
+    share_of,
+    smallest_significant,
+)
 
 CORRECT = "share correct"
 DPrime = Callable[[float], float]
@@ -121,16 +126,15 @@ def _pooled(
 ) -> Finding:
     """Return the share by participant, with p and equivalence uncorrected."""
     n = len(answers)
-    found = pooled_share(answers.numbers(), answers.column("participant"), margin=margin)
+    estimate = pooled_share(answers.numbers(), answers.column("participant"), margin=margin)
     return estimate_finding(
         of,
         "GEE by participant",
         CORRECT,
-        found,
-        n=n,
-        participants=answers.people,
+        estimate,
+        answers,
         role=role,
-        effect={"d'": d_prime(corrected(round(found.estimate * n), n))},
+        effect={"d'": d_prime(corrected(round(estimate.estimate * n), n))},
         margin=margin,
     )
 
@@ -140,44 +144,41 @@ def _textures(
 ) -> tuple[list[Finding], list[dict[str, Any]]]:
     """Return each texture's findings, p by Holm over the textures, and the table of their shares."""
     groups = kept.by("stimulus")
-    exact = {name: share_of(int(g.numbers().sum()), len(g)) for name, g in groups.items()}
-    exact_ps = holm([share.p for share in exact.values()])
-    exact_equals: list[float | None] = [None] * len(exact)
-    pooled = {name: _pooled(g, name, margin, d_prime) for name, g in groups.items() if g.people > 1}
-    raw_ps = {name: finding.p or 0.0 for name, finding in pooled.items()}
-    ps = holm([*raw_ps.values()])
-    equals: list[float | None] = [None] * len(pooled)
+    shares = {name: share_of(int(g.numbers().sum()), len(g)) for name, g in groups.items()}
+    equal: dict[str, float] = {}
     if margin is not None:
-        exact_equals = [*holm([share_equivalence(s.count, s.n, margin=margin) for s in exact.values()])]
-        equals = [*holm([finding.equivalence_p or 0.0 for finding in pooled.values()])]
-    pooled = {
-        name: replace(
-            finding,
-            p=p,
-            equivalence_p=equal,
-            verdict=BY_P,
+        equal = {name: share_equivalence(one.count, one.n, margin=margin) for name, one in shares.items()}
+    ps = _holm({name: share.p for name, share in shares.items()})
+    equals = _holm(equal)
+    pooled = {name: _pooled(g, name, margin, d_prime) for name, g in groups.items() if g.people > 1}
+    pooled_ps = _holm({name: finding.p or 0.0 for name, finding in pooled.items()})
+    pooled_equals = _holm(
+        {name: finding.equivalence_p or 0.0 for name, finding in pooled.items() if margin is not None}
+    )
+    findings, rows = [], []
+    for name, share in shares.items():
+        effect = d_prime(corrected(share.count, share.n))
+        finding = exact_finding(
+            name,
+            share,
+            CORRECT,
+            p=ps[name],
+            participants=groups[name].people,
+            effect={"d'": effect},
+            equivalence_p=equals.get(name),
+            margin=margin,
             correction="Holm",
         )
-        for (name, finding), p, equal in zip(pooled.items(), ps, equals, strict=True)
-    }
-    findings, rows = [], []
-    for (name, share), p, equal in zip(exact.items(), exact_ps, exact_equals, strict=True):
-        effect = d_prime(corrected(share.count, share.n))
-        findings.append(
-            exact_finding(
-                name,
-                share,
-                CORRECT,
-                p=p,
-                participants=groups[name].people,
-                effect={"d'": effect},
-                equivalence_p=equal,
-                margin=margin,
+        findings.append(finding)
+        if name in pooled and len(groups) > 1:
+            finding = replace(
+                pooled[name],
+                p=pooled_ps[name],
+                equivalence_p=pooled_equals.get(name),
+                verdict=BY_P,
                 correction="Holm",
             )
-        )
-        if name in pooled and len(groups) > 1:
-            findings.append(pooled[name])
+            findings.append(finding)
         means = groups[name].participant_means()[()]
         rows.append(
             {
@@ -191,11 +192,16 @@ def _textures(
                 "participants_se": float(stats.sem(means)) if len(means) > 1 else None,
                 "d_prime": effect,
                 "p_exact": share.p,
-                "p_by_participant": raw_ps.get(name),
-                "verdict": findings[-1].verdict,
+                "p_by_participant": (pooled[name].p or 0.0) if name in pooled else None,
+                "verdict": finding.verdict,
             }
         )
     return findings, rows
+
+
+def _holm(ps: Mapping[str, float]) -> dict[str, float]:
+    """Return p by name, with Holm's correction over all."""
+    return dict(zip(ps, holm([*ps.values()]), strict=True))
 
 
 def _at_chance(answers: Answers, alpha: float) -> str:
@@ -210,15 +216,14 @@ def _sides(kept: Answers) -> list[Finding]:
     sided = kept.where(answer=("A", "B"))
     if sided.people < 2:
         return []
-    found = pooled_share([answer == "A" for answer in sided.column("answer")], sided.column("participant"))
+    estimate = pooled_share([answer == "A" for answer in sided.column("answer")], sided.column("participant"))
     return [
         estimate_finding(
             "side",
             "GEE by participant",
             "share answered A",
-            found,
-            n=len(sided),
-            participants=sided.people,
+            estimate,
+            sided,
             statistic=None,
             note="a preference for one side, whatever was there",
         )

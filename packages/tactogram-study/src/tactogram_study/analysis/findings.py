@@ -12,14 +12,11 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from tactogram.errors import DataError
-from tactogram_study.answers import Answers
+from tactogram_study.planned import ALPHA
 
 if TYPE_CHECKING:
-    from tactogram_study.statistics.clustered import EffectEstimate
-    from tactogram_study.statistics.shares import ShareEstimate  # with it comes statsmodels
-
-ALPHA = 0.05
-"""A difference is shown if p is below, unless the study has another."""
+    from tactogram_study.answers import Answers
+    from tactogram_study.statistics import EffectEstimate, ShareEstimate
 
 Role = Literal["confirmatory", "as printed", "check"]
 HEADINGS: Mapping[Role, str] = {
@@ -82,16 +79,25 @@ class Finding:
         if self.verdict == BY_P:
             object.__setattr__(self, "verdict", verdict_of(self.p, equivalence_p=self.equivalence_p))
 
+    def p_text(self) -> str:
+        """Return p with its correction as text, "" without one."""
+        correction = "" if self.correction == "none" else f" ({self.correction})"
+        return "" if self.p is None else p_text(self.p) + correction
+
+    def within(self) -> str:
+        """Return the margin and the p of equivalence as text, "" without one."""
+        if self.margin is None or self.equivalence_p is None:
+            return ""
+        return f"±{number(self.margin)}: {p_text(self.equivalence_p)}"
+
     def text(self) -> str:
         """Return the finding in one line."""
         parts = [f"{self.measure} {number(self.estimate)}"]
         if self.low is not None and self.high is not None:
             parts[0] += f" (95 %: {number(self.low)} to {number(self.high)})"
-        if self.p is not None:
-            parts.append(p_text(self.p) + (f" ({self.correction})" if self.correction != "none" else ""))
+        parts += [self.p_text()] if self.p is not None else []
         parts += [f"{name} {number(value)}" for name, value in self.effect.items()]
-        if self.margin is not None and self.equivalence_p is not None:
-            parts.append(f"within ±{number(self.margin)}: {p_text(self.equivalence_p)}")
+        parts += [f"within {within}"] if (within := self.within()) else []
         line = f"{self.of}: {self.test}: {', '.join(parts)}"
         line += f"; {self.verdict}" if self.verdict else ""
         return line + (f" [{self.note}]" if self.note else "")
@@ -145,21 +151,22 @@ def estimate_finding(
     test: str,
     measure: str,
     found: EffectEstimate,
+    answers: Answers,
     *,
-    n: int,
-    participants: int,
     role: Role = "check",
     **more: Any,
 ) -> Finding:
-    """Return the finding of an estimate with its interval, p and note; ``more`` replaces values of the `Finding`."""
+    """Return the finding of an estimate from answers, with interval, p and note; ``more`` replaces its other values."""
     values = {
+        "n": len(answers),
+        "participants": answers.people,
         "p": found.p,
         "statistic": found.statistic,
         "equivalence_p": found.equivalence_p,
         "note": found.note,
     }
     estimate = (found.estimate, found.low, found.high)
-    return Finding(of, test, role, measure, *estimate, n=n, participants=participants, **(values | more))
+    return Finding(of, test, role, measure, *estimate, **(values | more))
 
 
 def section_of(

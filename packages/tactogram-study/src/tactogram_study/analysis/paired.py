@@ -41,39 +41,23 @@ def paired_findings(
     equal = equivalence_p
     if equal is None and margin is not None:
         equal = paired_equivalence(differences, margin=margin)
-    correction = "Holm" if ps else "none"
-    t = Finding(
-        of,
-        "paired t by participant",
-        roles[0],
-        measure,
-        found.mean,
-        found.low,
-        found.high,
-        p,
-        n=n,
-        participants=len(differences),
-        statistic=found.mean / found.se if found.se > 0 else None,
-        effect={"dz": found.mean / found.sd} if found.sd > 0 else {},
-        equivalence_p=equal,
-        margin=margin,
-        correction=correction,
-    )
-    rank = Finding(
-        of,
-        "Wilcoxon signed ranks by participant, Hodges-Lehmann",
-        roles[1],
-        f"pseudomedian of {measure}",
-        *pseudomedian(differences),
-        rank_p,
-        n=n,
-        participants=len(differences),
-        equivalence_p=equal,
-        margin=margin,
-        correction=correction,
-        note="equivalence is by paired t" if margin is not None else "",
-    )
-    return [t, rank]
+    shared: dict[str, Any] = {
+        "n": n,
+        "participants": len(differences),
+        "equivalence_p": equal,
+        "margin": margin,
+        "correction": "Holm" if ps else "none",
+    }
+    mean = (found.mean, found.low, found.high, p)
+    size = {"dz": found.mean / found.sd} if found.sd > 0 else {}
+    statistic = found.mean / found.se if found.se > 0 else None
+    test, rank_test = "paired t by participant", "Wilcoxon signed ranks by participant, Hodges-Lehmann"
+    middle = (*pseudomedian(differences), rank_p)
+    note = "" if margin is None else "equivalence is by paired t"
+    return [
+        Finding(of, test, roles[0], measure, *mean, statistic=statistic, effect=size, **shared),
+        Finding(of, rank_test, roles[1], f"pseudomedian of {measure}", *middle, note=note, **shared),
+    ]
 
 
 def mean_finding(

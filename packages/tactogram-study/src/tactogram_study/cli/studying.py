@@ -1,105 +1,117 @@
-"""Verbs for experiments with people: `study list`, `designs`, `languages`, `check`, `simulate`."""
+"""Verbs for experiments with people: the text of each result."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
-from tactogram.cli.printing import Printer, columns, lines_of
-from tactogram.cli.verbs import Verb
-from tactogram.workflows import Argument, Option, Request
-from tactogram_study.workflows.requests import CHANGES, ParticipantsRequest
+from tactogram.cli.functions import FunctionVerb
+from tactogram.cli.printing import columns, lines_of
 
 MOST_KEYS = 8
 """Keys of missing texts that a line names."""
+FOLDERS = ("designs", "languages")
 
 
-@dataclass(frozen=True)
-class _ListRequest(Request):
-    pass
-
-
-@dataclass(frozen=True)
-class _LanguagesRequest(Request):
-    language: Annotated[
-        str,
-        Argument("print the texts of this language as a file to translate, missing ones in English", "LANG"),
-    ] = ""
-
-
-@dataclass(frozen=True)
-class _CheckRequest(Request):
-    study: Annotated[str, Argument("a study: a TOML file, or one of `study list`", "FILE|NAME")]
-    stimuli: Annotated[bool, Option("also generate and render every stimulus")] = False
-    changes: Annotated[Mapping[str, Any] | None, CHANGES] = None
-
-
-def _list(request: _ListRequest, show: Printer) -> None:
-    from tactogram_study.workflows.studies import list_studies
-
-    studies = list_studies()
+def _studies(studies: Mapping[str, Any]) -> str:
     rows = [(name, s["design"], f"{s['trials']} trials", s["title"]) for name, s in studies.items()]
-    show(studies, columns([("name", "design", "each", ""), *rows]))
+    return columns([("name", "design", "each", ""), *rows])
 
 
-def _designs(request: _ListRequest, show: Printer) -> None:
-    from tactogram_study.workflows.studies import list_designs
-
-    designs = list_designs()
+def _designs(designs: Mapping[str, Any]) -> str:
     rows = [
         (kind, ", ".join(d["margins"]), ", ".join(d["power"]), d["question"]) for kind, d in designs.items()
     ]
-    show(designs, columns([("kind", "margins", "power tables", ""), *rows]))
+    return columns([("kind", "margins", "power tables", ""), *rows])
 
 
-def _languages(request: _LanguagesRequest, show: Printer) -> None:
-    import tomli_w
+def _languages(languages: Mapping[str, Any]) -> str:
+    if "name" in languages:  # the texts of one
+        import tomli_w
 
-    from tactogram_study.wording import complete_texts
-    from tactogram_study.workflows.studies import list_languages
-
-    if request.language:
-        texts = complete_texts(request.language)
-        show(texts, tomli_w.dumps(texts).rstrip())
-        return
-    languages = list_languages()
+        return tomli_w.dumps(languages).rstrip()
     rows = [(tag, one["name"], _missing(one["missing_texts"])) for tag, one in languages.items()]
-    show(languages, columns([("language", "", "missing texts"), *rows]))
+    return columns([("language", "", "missing texts"), *rows])
 
 
 def _missing(keys: Sequence[str]) -> str:
     """Return keys as text: how many, and the first ones."""
+    if not keys:
+        return "none"
+    return f"{len(keys)}: {', '.join(keys[:MOST_KEYS])}{' …' if len(keys) > MOST_KEYS else ''}"
+
+
+def _check(facts: Mapping[str, Any]) -> str:
+    rendered = None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"
+    missing = [f"{language} {_missing(keys)}" for language, keys in facts["missing_texts"].items()]
+    return lines_of({**facts, "rendered": rendered, "missing_texts": missing, "limited": None})
+
+
+def _limited(facts: Mapping[str, Any]) -> list[str]:
+    from tactogram_study.workflows.stimuli import limited_lines
+
+    return limited_lines(facts["limited"])
+
+
+def _simulated(result: Mapping[str, Any]) -> str:
+    count = len(result["simulated_participants"])
+    return f"{result['study']}: {count} simulated participants, {result['answers']} answers in {result['folder']}"
+
+
+def _progress(facts: Mapping[str, Any]) -> str:
+    from tactogram_study.session.progress import status_counts, status_label
+
+    rows = [("code", "status", "trials", "last answer", "")]
+    rows += [
+        (
+            one["participant"],
+            status_label(one["status"]),
+            f"{one['trials']} of {one['of']}",
+            one["last"] or "-",
+            "simulated" if one["simulated"] else "",
+        )
+        for one in facts["participants"]
+    ]
+    ended = f"; ended {facts['ended']}" if facts["ended"] else ""
+    count = len(facts["participants"])
+    states = status_counts(one["status"] for one in facts["participants"])
+    who = f"{count} participant{'' if count == 1 else 's'}{f', {states}' if states else ''}"
+    return f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}"
+
+
+def _lost(facts: Mapping[str, Any]) -> Iterator[str]:
+    if "lost" in facts:
+        yield f"at least {facts['lost']} rows of answers are lost"
+
+
+def _withdrawn(facts: Mapping[str, Any]) -> str:
     return (
-        f"{len(keys)}: {', '.join(keys[:MOST_KEYS])}{' …' if len(keys) > MOST_KEYS else ''}"
-        if keys
-        else "none"
+        f"deleted: {facts['answers_deleted']} answers and the code; {facts['participants_left']} participants left\n"
+        "earlier exports still hold them: delete those, and export again"
     )
 
 
-def _check(request: _CheckRequest, show: Printer) -> None:
-    from tactogram_study.workflows.stimuli import limited_lines
-    from tactogram_study.workflows.studies import check_study
-
-    facts = check_study(**vars(request))
-    rendered = None if facts["rendered"] is None else f"{len(facts['rendered'])} stimuli"
-    missing = [f"{language} {_missing(keys)}" for language, keys in facts["missing_texts"].items()]
-    show(facts, lines_of({**facts, "rendered": rendered, "missing_texts": missing, "limited": None}))
-    show.notes(limited_lines(facts["limited"]))
+def _analysis(result: dict[str, Any]) -> str:
+    written = f"written: {', '.join(result['files'])} in {result['out']}"
+    return "\n".join([result.pop("text"), *result["notes"], written])
 
 
-def _simulate(request: ParticipantsRequest, show: Printer) -> None:
-    from tactogram_study.workflows.sessions import simulate_study
-
-    with show.progress() as progress:
-        result = simulate_study(**vars(request) | {"progress": progress})
-    count = len(result["simulated_participants"])
-    text = f"{result['study']}: {count} simulated participants, {result['answers']} answers in {result['folder']}"
-    show(result, text)
+def _power(result: dict[str, Any]) -> str:
+    return str(result.pop("text"))
 
 
+WORKFLOWS = "tactogram_study.workflows"
+STUDIES, SESSIONS = f"{WORKFLOWS}.studies", f"{WORKFLOWS}.sessions"
 VERBS = {
-    "study list": Verb(_ListRequest, _list, folders=("designs", "languages")),
-    "study designs": Verb(_ListRequest, _designs, folders=("designs", "languages")),
-    "study languages": Verb(_LanguagesRequest, _languages, folders=("languages",)),
-    "study check": Verb(_CheckRequest, _check, folders=("designs", "languages")),
-    "study simulate": Verb(ParticipantsRequest, _simulate, folders=("designs", "languages")),
+    "study list": FunctionVerb(f"{STUDIES}:list_studies", _studies, folders=FOLDERS),
+    "study designs": FunctionVerb(f"{STUDIES}:list_designs", _designs, folders=FOLDERS),
+    "study languages": FunctionVerb(f"{STUDIES}:list_languages", _languages, folders=("languages",)),
+    "study check": FunctionVerb(f"{STUDIES}:check_study", _check, _limited, FOLDERS),
+    "study simulate": FunctionVerb(f"{SESSIONS}:simulate_study", _simulated, folders=FOLDERS),
+    "study export": FunctionVerb(f"{WORKFLOWS}.answers:export_study", lines_of, _lost, FOLDERS),
+    "study withdraw": FunctionVerb(f"{SESSIONS}:withdraw", _withdrawn, folders=FOLDERS),
+    "study progress": FunctionVerb(f"{SESSIONS}:session_progress", _progress, folders=FOLDERS),
+    "study note": FunctionVerb(f"{SESSIONS}:write_note", lines_of, folders=FOLDERS),
+    "study abort": FunctionVerb(f"{SESSIONS}:abort_participant", lines_of, folders=FOLDERS),
+    "study end": FunctionVerb(f"{SESSIONS}:end_session", lines_of, folders=FOLDERS),
+    "study analyse": FunctionVerb(f"{WORKFLOWS}.analysis:analyse_study", _analysis, folders=FOLDERS),
+    "study power": FunctionVerb(f"{WORKFLOWS}.power:study_power", _power, folders=FOLDERS),
 }

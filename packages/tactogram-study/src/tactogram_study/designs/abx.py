@@ -16,17 +16,16 @@ from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question
-from tactogram_study.orders import balanced_sides, generator
-from tactogram_study.power.assumptions import GEE, PowerAssumptions
+from tactogram_study.planned import GEE, PowerAssumptions
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, History, Page, Participant, Slot
+from tactogram_study.trials import DesignContext, History, Page, Participant, Slot, balanced_sides, generator
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
-    from tactogram_study.simulated_participants import SimulatedParticipant
-    from tactogram_study.study_analysis import AnalysisPlan
+    from tactogram_study.planned import AnalysisPlan
+    from tactogram_study.simulated_observer import SimulatedObserver
 
 PLACES = ("A A", "A B", "B A", "B B")
 """Slot of the pair's first stimulus, and that of X: each once in four trials."""
@@ -90,7 +89,7 @@ class Abx(Design):
     def analyse(cls, answers: Answers, plan: AnalysisPlan) -> list[AnalysisSection]:
         """Return the shares correct, over all and by texture, with the d' of ABX."""
         from tactogram_study.analysis.discrimination import analyse_discrimination
-        from tactogram_study.statistics.shares import d_prime_abx
+        from tactogram_study.statistics import d_prime_abx
 
         margin = plan.margins.get("abx")
         return [
@@ -103,9 +102,9 @@ class Abx(Design):
         return {"trials": (self.total(setting),)}
 
     @classmethod
-    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedObserver) -> float:
         """Return the share correct in ABX at a simulated participant's d'."""
-        from tactogram_study.statistics.shares import abx_share
+        from tactogram_study.statistics import abx_share
 
         return abx_share(participant.d_prime)
 

@@ -59,20 +59,20 @@ def power_tables() -> dict[str, type[Design]]:
 
 @lru_cache(maxsize=8)
 def _designs(folders: tuple[Path, ...]) -> Mapping[str, type[Design]]:
-    found: dict[str, type[Design]] = {}
+    by_kind: dict[str, type[Design]] = {}
     for design in _classes(folders):
         kind = kind_of(design)
-        if found.setdefault(kind, design) is not design:
+        if by_kind.setdefault(kind, design) is not design:
             raise ParameterError(
-                f"two designs are called {kind!r}: {found[kind].__module__}, {design.__module__}"
+                f"two designs are called {kind!r}: {by_kind[kind].__module__}, {design.__module__}"
             )
     for label, names in (
-        ("margins", [name for design in found.values() for name in design.margins]),
-        ("power tables", [name for design in found.values() for name in design.power]),
+        ("margins", [name for design in by_kind.values() for name in design.margins]),
+        ("power tables", [name for design in by_kind.values() for name in design.power]),
     ):
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ParameterError(f"{label} of designs must differ in name, got {twice[0]!r} twice")
-    return found
+    return by_kind
 
 
 def kind_of(design: type[Design]) -> str:
@@ -84,18 +84,12 @@ def kind_of(design: type[Design]) -> str:
 def _classes(folders: tuple[Path, ...]) -> Iterator[type[Design]]:
     for found in iter_modules([str(Path(__file__).parent)]):
         yield from _module_designs(import_module(f"{PACKAGE}.{found.name}"))
-    for name in entry_point_modules(ENTRY_POINTS):
-        yield from _required(import_plugin(name), name)
-    for folder in folders:
-        for path in module_files(folder, "study design"):
-            yield from _required(import_plugin(path), str(path))
-
-
-def _required(module: ModuleType, where: str) -> list[type[Design]]:
-    designs = list(_module_designs(module))
-    if not designs:
-        raise ParameterError(f"{where}: must hold a study design, got none")
-    return designs
+    files = [path for folder in folders for path in module_files(folder, "study design")]
+    places: list[str | Path] = [*entry_point_modules(ENTRY_POINTS), *files]
+    for place in places:
+        if not (held := list(_module_designs(import_plugin(place)))):
+            raise ParameterError(f"{place}: must hold a study design, got none")
+        yield from held
 
 
 def _module_designs(module: ModuleType) -> Iterator[type[Design]]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from pydantic import BaseModel, ConfigDict
 
 from tactogram.errors import ParameterError
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.questions import AnswerOption, Question
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.trials import (
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
-    from tactogram_study.power.methods import PowerMethod
-    from tactogram_study.simulated_participants import SimulatedParticipant
-    from tactogram_study.study_analysis import AnalysisPlan
+    from tactogram_study.planned import AnalysisPlan
+    from tactogram_study.power import PowerMethod
+    from tactogram_study.simulated_observer import SimulatedObserver
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Design(BaseModel, ABC):
     drawings: ClassVar[Mapping[str, str]] = {}
     """Figures of a section, as ``module:function`` by file name; by default that of means."""
     simulation: ClassVar[str] = ""
-    """Its power method, as ``module:class``; by default one of `tactogram_study.power.methods.METHODS`."""
+    """Its power method, as ``module:class``; by default one of `tactogram_study.power.METHODS`."""
 
     labels: ClassVar[Mapping[str, str]] = {}
     """Labels of choices in forms, by ``KEY.VALUE``; that of a setting is the ``title`` of its field."""
@@ -177,7 +177,7 @@ class Design(BaseModel, ABC):
     @classmethod
     def power_method(cls, kind: str) -> PowerMethod:
         """Return the simulation of a power table's studies, by the ``kind`` of its assumptions."""
-        from tactogram_study.power.methods import METHODS
+        from tactogram_study.power import METHODS
 
         return resolve_name(cls.simulation)() if cls.simulation else METHODS[kind]
 
@@ -186,7 +186,7 @@ class Design(BaseModel, ABC):
         return {}
 
     @classmethod
-    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedObserver) -> str:
         """Return a simulated participant's answer to a question of a page.
 
         By default the right answer with probability `simulated_share`; without right answers from the item's typical
@@ -199,7 +199,7 @@ class Design(BaseModel, ABC):
         return "(simulated)" if question.question.kind == "text" else participant.on_scale(question)
 
     @classmethod
-    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedObserver) -> float:
         """Return the probability that a simulated participant is right; by default that of two alternatives."""
         return participant.two_alternatives()
 

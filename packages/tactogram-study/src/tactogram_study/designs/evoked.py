@@ -14,11 +14,10 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import MarginScale
 from tactogram_study.designs.single_stimulus import WordScales
-from tactogram_study.orders import generator
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.questions import AnswerOption, Question
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, PageQuestion, Participant
+from tactogram_study.trials import DesignContext, PageQuestion, Participant, generator
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:

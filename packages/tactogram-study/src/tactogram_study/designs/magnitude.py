@@ -17,7 +17,7 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import MarginScale, check_standard
 from tactogram_study.designs.single_stimulus import SingleStimulus
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.trials import (
@@ -31,7 +31,7 @@ from tactogram_study.trials import (
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:
-    from tactogram_study.simulated_participants import SimulatedParticipant
+    from tactogram_study.simulated_observer import SimulatedObserver
 
 SMALLEST = 1e-9
 """Smallest valid number: magnitudes are ratios, so 0 is none."""
@@ -101,7 +101,7 @@ class MagnitudeEstimation(SingleStimulus):
         return (question,)
 
     @classmethod
-    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedParticipant) -> str:
+    def simulated_answer(cls, page: Page, question: PageQuestion, participant: SimulatedObserver) -> str:
         """Return a number that grows with intensity by the participant's power law."""
         return participant.number(question, participant.exponent * _log_intensity(page))
 

@@ -13,7 +13,7 @@ from pydantic import Field
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import MarginScale
 from tactogram_study.designs.single_stimulus import WordScales
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.trials import DesignContext, PageQuestion
@@ -22,7 +22,7 @@ from tactogram_study.wording import Wording, text_field
 if TYPE_CHECKING:
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
-    from tactogram_study.study_analysis import AnalysisPlan
+    from tactogram_study.planned import AnalysisPlan
 
 
 class WordRating(WordScales):

@@ -14,10 +14,9 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field, field_validator
 
 from tactogram_study.designs.design import Design
-from tactogram_study.orders import generator
 from tactogram_study.questions import IDENTIFIER
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, History, Page, PageQuestion, Participant
+from tactogram_study.trials import DesignContext, History, Page, PageQuestion, Participant, generator
 from tactogram_study.wording import Wording, default_text, language_texts
 
 

@@ -20,10 +20,9 @@ from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question, check_standard
-from tactogram_study.orders import generator
-from tactogram_study.power.assumptions import PowerAssumptions
+from tactogram_study.planned import PowerAssumptions
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, History, Page, Participant, Slot
+from tactogram_study.trials import DesignContext, History, Page, Participant, Slot, generator
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
-    from tactogram_study.simulated_participants import SimulatedParticipant
+    from tactogram_study.simulated_observer import SimulatedObserver
 
 ANALYSIS = "tactogram_study.designs.analysis.staircase"
 BELOW_START_DB = 20.0
@@ -149,7 +148,7 @@ class Staircase(Design):
         return {"trials": (typical_trials(self),)}
 
     @classmethod
-    def simulated_share(cls, page: Page, participant: SimulatedParticipant) -> float:
+    def simulated_share(cls, page: Page, participant: SimulatedObserver) -> float:
         """Return the share correct at the intensity of a trial: a cumulative normal above guessing, with lapses."""
         from scipy.special import ndtr
 
@@ -209,17 +208,17 @@ def _drawn(active: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, Slot
     return active[int(which * len(active))], "A" if side < 0.5 else "B"
 
 
-def typical_trials(design: Staircase, *, slope: float = 0.5) -> int:
+def typical_trials(design: Staircase) -> int:
     """Return the median number of trials of a study's staircase over 200 simulated observers.
 
-    ``slope`` is that of their logistic function, per dB, with its middle `BELOW_START_DB`.
+    Their logistic function has a slope of 0.5 per dB, and its middle at `BELOW_START_DB`.
     """
     rng = np.random.default_rng(0)
     middle, trials = design.start_db - BELOW_START_DB, []
     for _ in range(200):
         track = design.start()
         while not design.ended(track):
-            right = rng.random() < 0.5 + 0.5 / (1 + math.exp(-slope * (track.intensity - middle)))
+            right = rng.random() < 0.5 + 0.5 / (1 + math.exp(-0.5 * (track.intensity - middle)))
             track = design.after(track, correct=bool(right))
         trials.append(track.trials)
     return int(np.median(trials))

@@ -19,11 +19,19 @@ from pydantic import Field
 
 from tactogram.errors import DataError, ParameterError
 from tactogram_study.designs.design import Design, MarginScale, ab_question, pairs_by_item
-from tactogram_study.orders import balanced_sides, generator
-from tactogram_study.power.assumptions import GEE, PowerAssumptions
+from tactogram_study.planned import GEE, PowerAssumptions
 from tactogram_study.questions import Question
 from tactogram_study.stimuli import Stimulus
-from tactogram_study.trials import DesignContext, History, Page, PageQuestion, Participant, Slot
+from tactogram_study.trials import (
+    DesignContext,
+    History,
+    Page,
+    PageQuestion,
+    Participant,
+    Slot,
+    balanced_sides,
+    generator,
+)
 from tactogram_study.wording import Wording, text_field
 
 if TYPE_CHECKING:
@@ -31,7 +39,7 @@ if TYPE_CHECKING:
 
     from tactogram_study.analysis.findings import AnalysisSection
     from tactogram_study.answers import Answers
-    from tactogram_study.study_analysis import AnalysisPlan
+    from tactogram_study.planned import AnalysisPlan
 
 WHICH, REALISM = "which", "realism"
 
@@ -137,7 +145,7 @@ class TwoArea(Design):
         """Return the share correct, and the difference of the marks for realism."""
         from tactogram_study.analysis.discrimination import analyse_discrimination
         from tactogram_study.designs.analysis.two_area import analyse_realism
-        from tactogram_study.statistics.shares import d_prime_2afc
+        from tactogram_study.statistics import d_prime_2afc
 
         sections = []
         for question, rows in answers.by("question").items():

@@ -130,12 +130,3 @@ class ErrorResponse(BaseModel):
     """Reason for a refusal, in one sentence."""
 
     error: str
-
-
-def finite_json(value: Any) -> Any:
-    """Return JSON values with null for infinities and NaN, which JSON cannot hold."""
-    if isinstance(value, float) and value - value != 0:
-        return None
-    if isinstance(value, dict):
-        return {key: finite_json(inner) for key, inner in value.items()}
-    return [finite_json(inner) for inner in value] if isinstance(value, list | tuple) else value

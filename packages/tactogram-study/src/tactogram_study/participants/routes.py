@@ -16,6 +16,7 @@ from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
 from tactogram.errors import ParameterError
+from tactogram_study.analysis.findings import finite
 from tactogram_study.participants.bodies import (
     AnswersRequest,
     AnswersResponse,
@@ -25,9 +26,7 @@ from tactogram_study.participants.bodies import (
     LanguageRequest,
     OfferResponse,
     PageResponse,
-    finite_json,
 )
-from tactogram_study.participants.every_language import paragraphs
 from tactogram_study.participants.refusals import (
     OutdatedPageError,
     RateLimiter,
@@ -45,7 +44,7 @@ from tactogram_study.participants.stimulus_routes import add_finger_route, add_s
 from tactogram_study.session.participants import PageNotOpenError, UnknownParticipantError
 from tactogram_study.session.progress import ParticipantState
 from tactogram_study.trials import Participant
-from tactogram_study.wording import complete_texts, language_texts
+from tactogram_study.wording import complete_texts, language_texts, paragraphs
 
 STATIC = Path(__file__).parent / "static"
 MEDIA_TYPES = {".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml"}
@@ -183,7 +182,7 @@ def _page_fields(session: OpenSession, state: ParticipantState) -> dict[str, Any
     if page is not None:
         session.stimuli.prepare(page)
     return {
-        "page": None if page is None else finite_json(page.shown(participant.language)),
+        "page": None if page is None else finite(page.shown(participant.language)),
         "title": study.title.in_language(participant.language),
         "languages": list(study.languages),
         "language": participant.language,

@@ -140,15 +140,7 @@ def anonymous_failure(session: OpenSession) -> Iterator[None]:
 def log_slot_played(session: OpenSession, code: str, token: str, slot: str, played: SlotPlayback) -> int:
     """Log what is played in a slot and return the log's row; a participant or page that is gone is refused."""
     try:
-        return session.store.log_played(
-            code,
-            token,
-            slot,
-            sha256=played.sha256,
-            level=played.level,
-            display=played.display,
-            gain_db=played.gain_db,
-        )
+        return session.store.log_played(code, token, slot, **played.logged)
     except UnknownParticipantError:  # withdrawn meanwhile
         raise UnknownSessionError(NO_TICKET) from None
     except PageNotOpenError as error:  # answered meanwhile

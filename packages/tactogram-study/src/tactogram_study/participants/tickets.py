@@ -11,13 +11,14 @@ import base64
 import hashlib
 import hmac
 import json
+import os
 import secrets
 from dataclasses import dataclass
 from pathlib import Path
 
 from tactogram.errors import DataError
+from tactogram.signal.io import atomic_write
 from tactogram.text_files import read_json
-from tactogram_study.participants.secret_files import write_secret
 from tactogram_study.session.participants import DIGITS, LETTERS
 
 FILE = "keys.json"
@@ -72,3 +73,14 @@ def load_keys(folder: Path) -> SessionKeys:
     if len(keys.join) < SHORTEST or len(keys.secret) < SHORTEST:
         raise DataError(f"{path}: the session's keys are too short to be secret; {_NEW_KEYS}")
     return keys
+
+
+def write_secret(path: Path, data: bytes, *, replace: bool = False) -> None:
+    """Write a file that its owner alone can read, and its folder, atomically.
+
+    An existing file stays unless ``replace``: another process was first.
+    """
+    with atomic_write(path, durable=True, over=replace) as part:
+        opened = os.open(part, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
+        with os.fdopen(opened, "wb") as file:
+            file.write(data)

@@ -107,14 +107,14 @@ def _ratings(
             f"{export.path}: {export.program}: ratings are not recognised; say which columns are participant, "
             "stimulus and value, and which column or constant the question"
         ) from error
-    found = []
+    ratings = []
     for number, (person, item, word, score, _, session) in rows:
         row = {"participant": person, "stimulus": item, "question": word, "value": score, "session": session}
         others = {
             name: cell for name, cell in tables[number].items() if "@" not in cell
         }  # no e-mail addresses
-        found.append(others | {name: cell for name, cell in row.items() if cell})
-    return [number for number, _ in rows], found
+        ratings.append(others | {name: cell for name, cell in row.items() if cell})
+    return [number for number, _ in rows], ratings
 
 
 def _plain(cell: str) -> str:

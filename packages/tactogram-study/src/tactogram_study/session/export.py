@@ -158,31 +158,13 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
     study = store.study
     _json(folder / "dataset_description.json", _description(study, answers))
     (folder / "README").write_text(_readme(study, answers), encoding="utf-8")
-    headings, rows = participants_table(store)
-    _tsv(
-        folder / "participants.tsv",
-        ["participant_id", *headings[1:]],
-        [[f"sub-{row[0]}", *row[1:]] for row in rows],
-    )
-    _json(
-        folder / "participants.json",
-        {
-            "participant_id": {"Description": "Code of the participant"},
-            **{name: {"Description": column_description(name)} for name in headings[1:]},
-            "language": {
-                "Description": "Of the pages",
-                "Levels": {language: own_name(language) for language in store.study.languages},
-            },
-            "simulated": {
-                "Description": "Whether it is a simulated participant",
-                "Levels": {"true": "a program", "false": "a person"},
-            },
-            "status": {
-                "Description": "How the session stands",
-                "Levels": dict(STATES),
-            },
-        },
-    )
+    [_, *headings], rows = participants_table(store)
+    facts: dict[str, Any] = {name: {"Description": column_description(name)} for name in headings}
+    facts["language"]["Levels"] = {language: own_name(language) for language in study.languages}
+    facts["simulated"]["Levels"] = {"true": "a program", "false": "a person"}
+    facts["status"]["Levels"] = dict(STATES)
+    facts = {"participant_id": {"Description": "Code of the participant"}} | facts
+    _table(folder / "participants", [*facts], [[f"sub-{row[0]}", *row[1:]] for row in rows], facts)
     task = re.sub("[^A-Za-z0-9]", "", study.name)
     for code, group in answers.by("participant").items():
         session = group.rows[0].session
@@ -193,8 +175,7 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
         kept = [i for i, name in enumerate(headings) if name not in ("study", "participant", "session")]
         names = [headings[i] for i in kept]
         rows = [[row[i] for i in kept] for row in table]
-        _tsv(place / f"{stem}_beh.tsv", names, rows)
-        _json(place / f"{stem}_beh.json", _sidecar(study, names, rows))
+        _table(place / f"{stem}_beh", names, rows, _sidecar(study, names, rows))
         if played := store.played_log(code):
             _events(place / f"{stem}_events", played)
     if store.notes():
@@ -205,8 +186,8 @@ def _notes(folder: Path, store: SessionStore) -> None:
     """Write the experimenter's notes into ``sourcedata``, which BIDS leaves to its makers."""
     folder.mkdir()
     headings, rows = notes_table(store)
-    _tsv(folder / "notes.tsv", headings, rows)
-    _json(folder / "notes.json", {name: {"Description": column_description(name)} for name in headings})
+    facts = {name: {"Description": column_description(name)} for name in headings}
+    _table(folder / "notes", headings, rows, facts)
 
 
 def _description(study: Study, answers: Answers) -> dict[str, Any]:
@@ -259,7 +240,6 @@ def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
         ]
         for entry in played
     ]
-    _tsv(stem.with_name(f"{stem.name}.tsv"), headings, rows)
     sidecar = {
         "onset": {
             "Description": "When it was played, after the first; by the computer's clock, which may have been set",
@@ -274,16 +254,19 @@ def _events(stem: Path, played: Sequence[Mapping[str, Any]]) -> None:
         "gain_db": {"Description": "By how much stronger than the level says", "Units": "dB"},
         "facts": {"Description": "Of a stream, as JSON: drive, latency, motion of the finger, device"},
     }
-    _json(stem.with_name(f"{stem.name}.json"), sidecar)
+    _table(stem, headings, rows, sidecar)
 
 
 def _json(path: Path, value: Any) -> None:
     path.write_text(json.dumps(value, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
 
 
-def _tsv(path: Path, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Write a table in BIDS form: tabs, no quotes, n/a for missing values."""
+def _table(
+    stem: Path, headings: Sequence[str], rows: Sequence[Sequence[str]], sidecar: Mapping[str, Any]
+) -> None:
+    """Write a table in BIDS form, tabs, no quotes, n/a for missing values, and the description of its columns."""
     lines = ["\t".join(headings)] + [
         "\t".join(re.sub(r"\s+", " ", cell) or "n/a" for cell in row) for row in rows
     ]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    stem.with_name(f"{stem.name}.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    _json(stem.with_name(f"{stem.name}.json"), sidecar)

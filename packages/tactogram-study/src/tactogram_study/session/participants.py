@@ -40,7 +40,6 @@ class SessionPeople(SessionFile):
         *,
         language: Language | None = None,
         simulated: bool = False,
-        session: str = "1",
         device: Mapping[str, Any] | None = None,
     ) -> Participant:
         """Return a new participant, with the lowest free number, and the code, or a random one.
@@ -54,8 +53,6 @@ class SessionPeople(SessionFile):
         self._check_language(language)
         if code is not None:
             checked_code(code)
-        if not re.fullmatch(r"[A-Za-z0-9]{1,16}", session):
-            raise ParameterError(f"session must be 1 to 16 letters and digits, got {session[:40]!r}")
         with self._writing() as rows:
             if ended_at(rows) is not None:
                 raise PageNotOpenError(ENDED)
@@ -69,10 +66,10 @@ class SessionPeople(SessionFile):
             number = next(n for n in range(1, len(used) + 2) if n not in used)
             rows.execute(
                 "INSERT INTO participants (number, code, language, simulated, session, status) VALUES (?,?,?,?,?,?)",
-                (number, code, language, simulated, session, "active"),
+                (number, code, language, simulated, "1", "active"),
             )
             add_device(rows, number, "", valid_facts(device))
-        return Participant(code, number, language, simulated, session)
+        return Participant(code, number, language, simulated)
 
     def participant(self, code: str) -> Participant:
         """Return the participant with a code, in any case; raise `UnknownParticipantError` if there is none."""
@@ -126,9 +123,7 @@ class SessionPeople(SessionFile):
         The facts are those of a stream: the level as driven, latency, motion; {} of everything else.
         """
         columns = ("token", "slot", "sha256", "level", "display", "gain_db", "at", "facts")
-        log = self._log(code, "played", columns)
-        with self._damage_reported():
-            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+        return self._log(code, "played", columns)
 
     def complete_played(self, row: int, facts: Mapping[str, Any]) -> None:
         """Add the facts of a stream that has ended to its row of the log, unless the participant withdrew."""
@@ -144,9 +139,7 @@ class SessionPeople(SessionFile):
 
     def device_log(self, code: str) -> list[dict[str, Any]]:
         """Return the device facts: ``token`` ("" as the participant began or continued), ``facts``, ``at``."""
-        log = self._log(code, "device", ("token", "facts", "at"))
-        with self._damage_reported():
-            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
+        return self._log(code, "device", ("token", "facts", "at"))
 
     def device(self, code: str) -> dict[str, Any]:
         """Return the latest value of each fact of a participant's device."""
@@ -176,7 +169,9 @@ class SessionPeople(SessionFile):
                 f"SELECT {', '.join(columns)} FROM {table} WHERE participant = ? ORDER BY id",
                 (find_participant(rows, code).number,),
             ).fetchall()
-        return [dict(zip(columns, entry, strict=True)) for entry in entries]
+        log = [dict(zip(columns, entry, strict=True)) for entry in entries]
+        with self._damage_reported():
+            return [entry | {"facts": parse_object(entry["facts"])} for entry in log]
 
     def _set(self, code: str, column: str, value: str) -> None:
         with self._writing() as rows:

@@ -31,11 +31,12 @@ from tactogram_study.session.progress import (
     NOT_BEGUN,
     ParticipantState,
     State,
+    answer_rows,
+    declined,
     page_after,
     parse_pages,
     stored_pages,
 )
-from tactogram_study.session.sitting import answer_rows, declined
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import Page, PageAnswers, Participant
@@ -196,9 +197,9 @@ class SessionStore(SessionPeople):
 
     def _answers(self, order: str, *values: int) -> tuple[Answer, ...]:
         with self._reading() as rows:
-            found = rows.execute(f"SELECT row FROM answers {order}", values).fetchall()
+            stored = rows.execute(f"SELECT row FROM answers {order}", values).fetchall()
         with self._damage_reported():
-            return tuple(parse_answer(text) for (text,) in found)
+            return tuple(parse_answer(text) for (text,) in stored)
 
     def _state(self, rows: sqlite3.Connection, participant: Participant) -> ParticipantState:
         record, cached = stored_pages(rows, participant), self._cache.get(participant.number)

@@ -6,7 +6,7 @@ import io
 import json
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -14,68 +14,126 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tactogram.datasets import SEVEN_POINT, Scale, read_cells, read_table, scale_of
+from tactogram.datasets import SEVEN_POINT, read_cells, read_table, scale_of
 from tactogram.errors import DataError, ParameterError
+from tactogram.parameters import checked
 from tactogram.signal.io import atomic_write, check_writable, write_text
-from tactogram.workflows import takes
-from tactogram_study.analysis.findings import ALPHA, AnalysisSection, Finding
+from tactogram_study.analysis.findings import AnalysisSection, Finding
 from tactogram_study.answers import Answers, Targets
 from tactogram_study.designs import designs, find_design
+from tactogram_study.planned import AnalysisPlan
 from tactogram_study.practice import MARK
-from tactogram_study.study_analysis import AnalysisPlan, StudyAnalysis, analyse
+from tactogram_study.study_analysis import StudyAnalysis, analyse
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.answers import open_answers, study_of
-from tactogram_study.workflows.report import StudyData, write_study_report
-from tactogram_study.workflows.requests import AnalysisRequest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from tactogram.datasets import Scale
+
 JSON_FILE, TEXT_FILE, REPORT_FILE = "analysis.json", "analysis.txt", "report.html"
 
 
-@takes(AnalysisRequest)
-def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
-    """Analyse a session folder or a table of answers, and write a report, JSON, text and figures.
+@checked
+def analyse_study(
+    source: Path | str,
+    out: Path | str,
+    *,
+    design: str | None = None,
+    margins: Mapping[str, float] | None = None,
+    alpha: float | None = None,
+    practice: bool = False,
+    targets: Path | str | None = None,
+    targets_scale: str | Scale = "7-point",
+    reference: str | None = None,
+    columns: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
+    encoding: str = "",
+    draws: int = 2000,
+    seed: int = 0,
+    figures: bool = True,
+    language: str = "",
+) -> dict[str, Any]:
+    """Analyse answers, as published and with repeated measures, with intervals and verdicts.
 
     All is computed before anything is written. Obsolete figures of an earlier analysis in the folder are removed.
-    Margins that differ from the study's file are reported as set afterwards.
+    ``analysis.json`` and ``analysis.txt`` keep the keys of items and conditions in every language. Figures use the
+    names where a font with their letters is installed; else English names, or keys.
 
-    Keys of the result: the content of ``analysis.json``, with ``out``, ``files`` and ``text``.
+    Parameters
+    ----------
+    source : Path or str
+        A table of answers (.csv, .tsv, .parquet), or a session's folder.
+    out : Path or str
+        Folder for report.html, analysis.json, analysis.txt and the figures.
+    design : str, optional
+        Only rows of this design; for a foreign table the design of all its rows: see `study designs`.
+    margins : mapping from str to float, optional
+        Margin of equivalence that replaces the study file's, e.g. which=0.1; reported as set afterwards.
+    alpha : float, optional
+        Significance level that replaces the study file's; likewise reported.
+    practice : bool
+        Analyse the practice trials instead of those that count.
+    targets : Path or str, optional
+        Target scores: ratings, or answers to a study of words.
+    targets_scale : str
+        Scale of the target scores.
+    reference : str, optional
+        Condition whose mean scores are the targets instead.
+    columns : mapping from str to str, optional
+        Foreign table: heading of one of our columns, e.g. participant=subject.
+    constants : mapping from str to str, optional
+        Foreign table: value of a column in every row, e.g. question=which.
+    encoding : str, optional
+        Encoding of a foreign table (default: detected).
+    draws : int
+        Draws of the bootstraps.
+    seed : int
+        Seed of the bootstraps.
+    figures : bool
+        Write figures as PNG, also into the report.
+    language : str, optional
+        Language of item and condition names in the report; by default English, or the study's first.
 
-    Raises `TactogramError` in one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot
-    be written to.
+    Returns
+    -------
+    dict
+        The content of ``analysis.json``, with ``out``, ``files`` and ``text``.
+
+    Raises
+    ------
+    TactogramError
+        In one line: what is wrong with the table, the margins or the targets, or why ``out`` cannot be written to.
     """
-    source, folder, targets = Path(request.source), Path(request.out), request.targets
+    from tactogram_study.workflows.report import StudyData, write_study_report
+
+    folder = Path(out)
     check_writable(folder, folder=True)
-    answers = _opened(source, request.design, request.columns, request.constants, request.encoding)
-    if request.practice:
+    answers = _opened(Path(source), design, columns, constants, encoding)
+    if practice:
         answers = practice_of(answers)
-    study = study_of(source)
-    scale = request.targets_scale
-    plan = _plan(
-        study,
-        request.margins,
-        alpha=request.alpha,
-        targets=None
-        if targets is None
-        else targets_of(Path(targets), scale=scale_of(scale) if isinstance(scale, str) else scale),
-        reference=request.reference,
-        seed=request.seed,
-        draws=request.draws,
+    study = study_of(Path(source))
+    scale = scale_of(targets_scale) if isinstance(targets_scale, str) else targets_scale
+    plan = AnalysisPlan.of(
+        None if study is None else study.planned,
+        margins,
+        alpha=alpha,
+        targets=None if targets is None else targets_of(Path(targets), scale=scale),
+        reference=reference,
+        seed=seed,
+        draws=draws,
     )
-    names = {} if study is None else study.names_in(_report_language(study, request.language))
+    names = {} if study is None else study.names_in(_report_language(study, language))
     analysis = analyse(answers, plan=plan)
+    drawn = _figures(analysis, answers, names, study) if figures else [{} for _ in analysis.sections]
+    pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
     result = analysis.as_dict() | {
-        "source": str(request.source),
+        "source": str(source),
         "notes": [*answers.notes],
         "targets": None if targets is None else str(targets),
+        "files": [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures],
     }
-    drawn: list[dict[str, Figure]] = [{} for _ in analysis.sections]
-    if request.figures:
-        drawn = _figures(analysis, answers, names, study)
-    pictures = {f"{name}.png": _png(figure) for own in drawn for name, figure in own.items()}
-    result["files"] = [JSON_FILE, TEXT_FILE, REPORT_FILE, *pictures]
     folder.mkdir(parents=True, exist_ok=True)
     _remove_earlier(folder, kept=pictures)
     write_text(folder / JSON_FILE, json.dumps(result, ensure_ascii=False, indent=1, allow_nan=False) + "\n")
@@ -83,10 +141,10 @@ def analyse_study(request: AnalysisRequest) -> dict[str, Any]:
     for name, picture in pictures.items():
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
-    data = StudyData.of(source, answers, study)
-    named = replace(analysis, sections=tuple(_named(one, names) for one in analysis.sections))
-    write_study_report(folder / REPORT_FILE, named, data, drawn, practice=request.practice)
-    return result | {"out": str(request.out), "text": analysis.text()}
+    data = StudyData.of(Path(source), answers, study)
+    named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
+    write_study_report(folder / REPORT_FILE, named, data, drawn, practice=practice)
+    return result | {"out": str(out), "text": analysis.text()}
 
 
 def _remove_earlier(folder: Path, *, kept: Collection[str]) -> None:
@@ -120,15 +178,6 @@ def practice_of(answers: Answers) -> Answers:
     return Answers(tuple(replace(row, design=row.more.get(MARK, "")) for row in kept))
 
 
-def _plan(
-    study: Study | None, margins: Mapping[str, float] | None, *, alpha: float | None, **options: Any
-) -> AnalysisPlan:
-    if study is None:
-        return AnalysisPlan(dict(margins or {}), alpha=ALPHA if alpha is None else alpha, **options)
-    planned = study.planned
-    return AnalysisPlan.of(planned, margins, alpha=planned.alpha if alpha is None else alpha, **options)
-
-
 def _figures(
     analysis: StudyAnalysis, answers: Answers, names: Mapping[str, str], study: Study | None
 ) -> list[dict[str, Figure]]:
@@ -143,15 +192,11 @@ def _figures(
     drawn = []
     for section in analysis.sections:
         own = named_answers(answers.where(design=section.design), drawable)
-        drawn.append(find_design(section.design).figures(_named(section, drawable), own))
+        drawn.append(find_design(section.design).figures(named_section(section, drawable), own))
     if font != DEFAULT_FONT:
         for figure in (one for figures in drawn for one in figures.values()):
             letter(figure, font)
     return drawn
-
-
-def _named(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
-    return named_section(section, names, columns=find_design(section.design).key_columns)
 
 
 def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
@@ -223,13 +268,8 @@ TABLE_PARTS = (" n", " mean", " se")
 """Suffixes of a condition in the heading of a column."""
 
 
-def named_section(
-    section: AnalysisSection, names: Mapping[str, str], *, columns: Iterable[str] = ()
-) -> AnalysisSection:
-    """Return a section whose findings and tables have the names of items and conditions, by key.
-
-    ``columns`` are further columns of its tables that hold keys.
-    """
+def named_section(section: AnalysisSection, names: Mapping[str, str]) -> AnalysisSection:
+    """Return a section whose findings and tables have the names of items and conditions, by key."""
     if not names:
         return section
     # Longest first, and whole words only: tile is not part of tile-2.
@@ -242,7 +282,7 @@ def named_section(
     def finding(one: Finding) -> Finding:
         return replace(one, of=named(one.of), measure=named(one.measure))
 
-    key_columns = {*NAMED_COLUMNS, *columns}
+    key_columns = {*NAMED_COLUMNS, *find_design(section.design).key_columns}
 
     def cell(column: str, value: Any) -> Any:
         return named(value) if column in key_columns and isinstance(value, str) else value

@@ -1,24 +1,30 @@
 """Answers of a session, an exported or a foreign table: opened for analysis, and exported.
 
-Exports are a tidy table with its companion files, a BIDS folder, or a ZIP file.
+Exports are a tidy table with its companion files, a BIDS folder, or a ZIP file; of a damaged session what can still be
+read.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import shutil
+import sqlite3
 import tempfile
 import zipfile
 from collections.abc import Mapping
+from contextlib import closing, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.parameters import checked
 from tactogram.signal.io import write_text
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
 from tactogram_study.session.export import export_bids, write_companion_tables
-from tactogram_study.session.salvage import salvage_session
+from tactogram_study.session.file import FILE, UnreadableRowError, parse_answer, parse_object, session_file
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
 
@@ -72,7 +78,7 @@ def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[
             export_study(folder, bids=whole)
         else:
             whole.mkdir()
-            export_study(folder, table=whole / "answers.csv")
+            export_study(folder, out=whole / "answers.csv")
         packed = io.BytesIO()
         with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
             for path in sorted(whole.rglob("*")):
@@ -81,28 +87,48 @@ def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[
     return f"{name}-{kind}.zip", packed.getvalue()
 
 
+@checked
 def export_study(
     folder: Path | str,
     *,
-    table: Path | str | None = None,
+    out: Path | str | None = None,
     bids: Path | str | None = None,
     salvage: bool = False,
 ) -> dict[str, Any]:
-    """Write the answers of a session folder as a tidy table, as a BIDS folder, or both.
+    """Write the answers of a session as a tidy table or a BIDS folder.
 
-    ``table``: ``.csv``, ``.tsv`` or ``.parquet``. Its companion files are the study (``.study.json``), the participants
-    with device facts (``.participants.csv``), and the experimenter's notes (``.notes.csv``). ``bids``: a new folder.
-    ``salvage``: whether to read a damaged session: the table holds every readable answer, with the study beside it
-    where that is readable. The result has the least number of answers that are ``lost``.
+    Companion files of the table are the study (``.study.json``), the participants (``.participants.csv``) and the notes
+    (``.notes.csv``).
 
-    Raises `DamagedSessionError` if the session is damaged, without ``salvage``.
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+    out : Path or str, optional
+        A tidy table: .csv, .tsv or .parquet.
+    bids : Path or str, optional
+        A BIDS folder, which must be new.
+    salvage : bool
+        Damaged session: write every answer that can still be read into the table, with the study beside it where that
+        is readable.
+
+    Returns
+    -------
+    dict
+        Numbers of answers and participants, and the files; of a damaged session the least number of answers that are
+        ``lost``.
+
+    Raises
+    ------
+    DamagedSessionError
+        If the session is damaged, without ``salvage``.
     """
-    if table is None and bids is None:
-        raise ParameterError("export needs a target: `table`, `bids`, or both")
+    if out is None and bids is None:
+        raise ParameterError("export needs a target: `out`, `bids`, or both")
     if salvage:
-        if table is None or bids is not None:
-            raise ParameterError("`salvage` writes a table alone: give `table`, and no `bids`")
-        return _salvage(Path(folder), Path(table))
+        if out is None or bids is not None:
+            raise ParameterError("`salvage` writes a table alone: give `out`, and no `bids`")
+        return _salvage(Path(folder), Path(out))
     with SessionStore(Path(folder)) as store:
         answers = store.answers()
         facts = _facts(answers) | {
@@ -110,8 +136,8 @@ def export_study(
             "withdrawn": store.withdrawn,
             "notes": len(store.notes()),
         }
-        if table is not None:
-            path = Path(table)
+        if out is not None:
+            path = Path(out)
             write_answers(path, answers)
             participants, notes = write_companion_tables(path, store)
             facts |= {
@@ -150,3 +176,46 @@ def _write_study(table: Path, study: Study) -> str:
     path = table.with_suffix(STUDY_SUFFIX)
     write_text(path, json.dumps(json.loads(study.as_json()), ensure_ascii=False, indent=1) + "\n")
     return str(path)
+
+
+@dataclass(frozen=True)
+class SalvagedSession:
+    """Readable part of a session file; ``lost`` is the least number of answers that are not."""
+
+    answers: Answers
+    lost: int
+    study: Study | None
+
+
+def salvage_session(folder: Path) -> SalvagedSession:
+    """Return the answers before and after the damage in a session file, which is not changed, as they arrived.
+
+    Raises `DataError` if SQLite can read none.
+    """
+    path = session_file(folder)
+    with tempfile.TemporaryDirectory(prefix="tactogram-salvage-") as temporary:
+        copy = Path(temporary) / FILE
+        for suffix in ("", "-wal"):
+            with suppress(FileNotFoundError):
+                shutil.copyfile(f"{path}{suffix}", f"{copy}{suffix}")
+        with closing(sqlite3.connect(copy, isolation_level=None)) as rows:
+            rows.text_factory = bytes
+            with suppress(sqlite3.Error):
+                rows.execute("PRAGMA writable_schema=ON")  # else a file that was cut short is not read at all
+            stored: dict[int, bytes] = {}
+            for order in ("ASC", "DESC"):
+                with suppress(sqlite3.Error):
+                    stored |= rows.execute(f"SELECT rowid, row FROM answers ORDER BY rowid {order}")
+            answers = []
+            for _, text in sorted(stored.items()):
+                with suppress(UnreadableRowError):
+                    answers.append(parse_answer(text))
+            expected, study = len(stored), None
+            with suppress(sqlite3.Error):
+                expected = max(expected, *rows.execute("SELECT count(*) FROM answers").fetchone())
+            with suppress(sqlite3.Error, TactogramError, TypeError):
+                [facts] = rows.execute("SELECT facts FROM study").fetchone()
+                study = Study.of(parse_object(facts))
+    if not answers:
+        raise DataError(f"{folder}: no answer can be read")
+    return SalvagedSession(Answers(tuple(answers)), expected - len(answers), study)

@@ -2,39 +2,99 @@
 
 from __future__ import annotations
 
-import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram_study.analysis.findings import finite, table_lines
+from tactogram.parameters import checked
+from tactogram.workflows import ProgressCallback, silent
 from tactogram_study.designs.catalogue import power_tables
-from tactogram_study.power.methods import PowerMethod
-from tactogram_study.power.table import ENOUGH, TRIED, PowerTable, power_table
+from tactogram_study.planned import ALPHA
 from tactogram_study.study_file import Study, shipped_studies
 
 
-def study_power(design: Path | str, **options: Any) -> dict[str, Any]:
-    """Return a power table by `power_table`, with a text.
+@checked
+def study_power(
+    design: Path | str,
+    *,
+    participants: tuple[int, ...] | None = None,
+    trials: tuple[int, ...] | None = None,
+    effect: float | None = None,
+    person_sd: float | None = None,
+    trial_sd: float | None = None,
+    margin: float | None = None,
+    items: int | None = None,
+    simulations: int = 2000,
+    seed: int = 0,
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Compute the power of a study before it is run: exactly, and with simulated participants.
 
-    ``design`` is the name of a power table; or a study, shipped or a file, whose margin and numbers of trials and items
-    are the defaults of ``options``.
+    ``progress`` is called as by `tactogram_study.power.power_table`.
 
-    Raises `ParameterError` if there is no such table or study, or a number is out of the table's range.
+    Parameters
+    ----------
+    design : Path or str
+        A power table, see `study designs`; or a study, whose margin, alpha and trials are used.
+    participants : tuple of int, optional
+        Numbers of participants.
+    trials : tuple of int, optional
+        Trials per participant.
+    effect : float, optional
+        True effect.
+    person_sd : float, optional
+        Standard deviation of effects between people.
+    trial_sd : float, optional
+        Standard deviation of single answers.
+    margin : float, optional
+        Margin of equivalence.
+    items : int, optional
+        Number of items compared with each other.
+    simulations : int
+        Studies of simulated participants per row.
+    seed : int
+        Seed of the simulations.
+
+    Returns
+    -------
+    dict
+        The values of a `tactogram_study.power.PowerTable`, and its ``text``.
+
+    Raises
+    ------
+    ParameterError
+        If there is no such table or study, or a number is out of the table's range.
     """
-    name, tables = str(design), power_tables()
+    from tactogram_study.analysis.findings import finite
+    from tactogram_study.power import power_table, power_text
+
+    name, tables, options = str(design), power_tables(), dict[str, Any]()
     if name not in tables and (name in shipped_studies() or Path(name).is_file()):
         study = Study.load(name)
         if not study.design.power:
             raise ParameterError(f"{name}: the design {study.design.kind} has no power table")
-        name = next(iter(study.design.power))
-        given = {key: value for key, value in options.items() if value is not None and value != ()}
-        options = power_options(study) | given
+        name, options = next(iter(study.design.power)), power_options(study)
     if name not in tables:
         raise ParameterError(f"design must be one of {', '.join(tables)}, or a study, got {name!r}")
-    found = power_table(tables[name], name, **options)
-    plain: dict[str, Any] = finite(found.as_dict())
-    return plain | {"text": _power_text(found, tables[name].power_method(found.assumed.kind))}
+    given = {
+        "participants": participants,
+        "trials": trials,
+        "effect": effect,
+        "person_sd": person_sd,
+        "trial_sd": trial_sd,
+        "margin": margin,
+        "items": items,
+    }
+    options |= {key: value for key, value in given.items() if value is not None and value != ()}
+    alpha = options.pop("alpha", ALPHA)
+    assumed = replace(tables[name].power[name], **options)
+    method = tables[name].power_method(assumed.kind)
+    table = power_table(
+        name, assumed, method, simulations=simulations, seed=seed, alpha=alpha, progress=progress
+    )
+    plain: dict[str, Any] = finite(table.as_dict())
+    return plain | {"text": power_text(table, method)}
 
 
 def power_options(study: Study) -> dict[str, Any]:
@@ -44,51 +104,3 @@ def power_options(study: Study) -> dict[str, Any]:
     if name in study.planned.values:
         options["margin"] = study.planned.values[name]
     return options | study.design.power_options(study.setting)
-
-
-def _power_text(found: PowerTable, method: PowerMethod) -> str:
-    assumed = found.assumed
-    error = 2 * math.sqrt(0.05 * 0.95 / found.simulations)
-    lines = [
-        f"What a study of design {found.design} can show, by {found.simulations} studies of simulated participants per "
-        f"row (a share of .05 is known to ±{error:.3f}).",
-        f"Effect: {assumed.effect:g} {assumed.effect_text}; person_sd {assumed.person_sd:g}, "
-        f"trial_sd {assumed.trial_sd:g}, margin ±{assumed.margin:g}, alpha {found.alpha:g}"
-        f"{f', {assumed.items} items' if assumed.items else ''}; a trial: {assumed.trials_text}.",
-        f"power, type_1, equivalence: {assumed.test}, the last where there is no difference.",
-    ]
-    lines += method.notes()
-    return "\n".join(
-        [*lines, *_errs(found), *_reached(found, of_pairs=method.of_pairs), "", *table_lines(found.rows)]
-    )
-
-
-def _errs(found: PowerTable) -> list[str]:
-    """Return the sizes at which the confirmatory test has more false positives than alpha, beyond chance."""
-    most = found.alpha + 3 * math.sqrt(found.alpha * (1 - found.alpha) / found.simulations)
-    wrong = [f"{row['participants']} x {row['trials']}" for row in found.rows if row["type_1"] > most]
-    return (
-        [
-            f"With {', '.join(wrong)} (participants x trials) the test has false positives more often than "
-            f"{found.alpha:g}: take more of either."
-        ]
-        if wrong
-        else []
-    )
-
-
-def _reached(found: PowerTable, *, of_pairs: bool) -> list[str]:
-    """Return the number of participants needed to show equivalence, in a sentence for each number of trials."""
-    margin = f"{'of a pair ' if of_pairs else ''}within ±{found.assumed.margin:g}"
-
-    def each(trials: int) -> str:
-        return f"With {trials} trial{'s' if trials > 1 else ''} each"
-
-    return [
-        f"{each(trials)}, equivalence {margin} is not shown in {ENOUGH:.0%} of studies even by {TRIED[-1]} "
-        "participants: take more trials or a wider margin."
-        if people is None
-        else f"{each(trials)} it takes about {people} participants to show equivalence {margin} in "
-        f"{ENOUGH:.0%} of studies."
-        for trials, people in found.equivalence_from.items()
-    ]

@@ -20,29 +20,15 @@ from tactogram.evaluation import (
     ReportText,
     write_report,
 )
-from tactogram_study.analysis.findings import AnalysisSection, Finding, number, p_text
+from tactogram_study.analysis.findings import AnalysisSection, Finding, number
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.session.device_facts import COLUMN, fact_description
 from tactogram_study.session.export import NOTES, PARTICIPANTS, notes_table, participants_table
-from tactogram_study.session.progress import status_counts
-from tactogram_study.session.sitting import consent_sha256
+from tactogram_study.session.progress import consent_sha256, status_counts
 from tactogram_study.session.store import SessionStore
-from tactogram_study.study_analysis import StudyAnalysis
+from tactogram_study.study_analysis import StudyAnalysis, plan_lines
 from tactogram_study.study_file import Study
 
-HEADINGS = (
-    "of",
-    "test",
-    "measure",
-    "estimate",
-    "95 %",
-    "p",
-    "verdict",
-    "within the margin",
-    "answers",
-    "people",
-    "note",
-)
 SHARED = ("test", "measure", "answers", "people", "note")
 """Columns that move below the table if all rows agree."""
 EMPTY = "–"
@@ -113,7 +99,7 @@ def write_study_report(
         title = data.study.title.in_english()
     sections = [
         ReportSection(
-            "Findings", [*_verdicts(analysis), *(ReportText(line) for line in analysis.plan.lines())]
+            "Findings", [*_verdicts(analysis), *(ReportText(line) for line in plan_lines(analysis.plan))]
         )
     ]
     for section, own in zip(analysis.sections, figures, strict=True):
@@ -192,40 +178,35 @@ def _blocks(section: AnalysisSection, figures: Sequence[Figure]) -> list[Block]:
     return blocks + [ReportText(f"{note[0].upper()}{note[1:]}.") for note in section.notes]
 
 
-def _row(f: Finding) -> list[object]:
-    p = EMPTY if f.p is None else p_text(f.p) + (f" ({f.correction})" if f.correction != "none" else "")
+def _row(f: Finding) -> dict[str, object]:
     size = "".join(f"; {name} {number(value)}" for name, value in f.effect.items())
-    within = EMPTY
-    if f.margin is not None and f.equivalence_p is not None:
-        within = f"±{number(f.margin)}: {p_text(f.equivalence_p)}"
-    estimate = number(f.estimate) + size
-    return [
-        f.of,
-        f.test,
-        f.measure,
-        estimate,
-        _interval(f),
-        p,
-        f.verdict or EMPTY,
-        within,
-        f.n,
-        f.participants,
-        f.note,
-    ]
+    return {
+        "of": f.of,
+        "test": f.test,
+        "measure": f.measure,
+        "estimate": number(f.estimate) + size,
+        "95 %": _interval(f),
+        "p": f.p_text() or EMPTY,
+        "verdict": f.verdict or EMPTY,
+        "within the margin": f.within() or EMPTY,
+        "answers": f.n,
+        "people": f.participants,
+        "note": f.note,
+    }
 
 
-def _compact(rows: list[list[object]]) -> tuple[list[str], list[list[object]], str]:
+def _compact(rows: list[dict[str, object]]) -> tuple[list[str], list[list[object]], str]:
     """Return headings and rows without empty and shared columns, and the shared values in words."""
     kept, shared = [], []
-    for place, heading in enumerate(HEADINGS):
-        values = {row[place] for row in rows}
+    for heading in rows[0]:
+        values = {row[heading] for row in rows}
         if values <= {"", EMPTY}:
             continue
         if heading in SHARED and len(values) == 1:
             shared.append(f"{heading}: {values.pop()}")
         else:
-            kept.append(place)
-    return [HEADINGS[k] for k in kept], [[row[k] for k in kept] for row in rows], "; ".join(shared)
+            kept.append(heading)
+    return kept, [[row[heading] for heading in kept] for row in rows], "; ".join(shared)
 
 
 def _interval(f: Finding) -> str:

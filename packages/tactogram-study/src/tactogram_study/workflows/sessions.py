@@ -9,19 +9,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.parameters import Count, checked
 from tactogram.signal.io import write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
-from tactogram.workflows import takes
+from tactogram.workflows import ProgressCallback, silent
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import SimulatedEffect, simulate
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.trials import Page, Participant
-from tactogram_study.workflows.requests import ParticipantsRequest
-from tactogram_study.workflows.stimuli import StudyStimuli
 from tactogram_study.workflows.studies import check_study, study_folder
 
 if TYPE_CHECKING:
+    from tactogram_study.simulated_observer import SimulatedEffect
     from tactogram_study.workflows.stimuli import SlotPlayback, StudyStimuli
 
 ORIGIN = "origin.json"
@@ -72,8 +71,20 @@ def begin_trials(store: SessionStore, code: str) -> None:
         store.submit(code, page.token, answers)
 
 
+@checked
 def session_progress(folder: Path | str) -> dict[str, Any]:
-    """Return the progress of each participant, their counts by status, the notes, and when the session was ended."""
+    """Show the progress of each participant in a session.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+
+    Returns
+    -------
+    dict
+        ``participants``, their counts by status, the notes, and when the session was ``ended``.
+    """
     with SessionStore(Path(folder)) as store:
         everybody = store.progress()
         return {
@@ -88,29 +99,89 @@ def session_progress(folder: Path | str) -> dict[str, Any]:
         }
 
 
-def write_note(folder: Path | str, text: str, *, code: str | None = None) -> dict[str, Any]:
-    """Add an experimenter's note, about one participant or the whole study."""
+@checked
+def write_note(folder: Path | str, text: str, *, participant: str | None = None) -> dict[str, Any]:
+    """Add an experimenter's note to a session.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+    text : str
+        Text of the note; no names of people.
+    participant : str, optional
+        Code of the participant the note is about (default: the whole study).
+
+    Returns
+    -------
+    dict
+        ``folder``, and the number of ``notes`` in it.
+    """
     with SessionStore(Path(folder)) as store:
-        store.note(text, code=code)
+        store.note(text, code=participant)
         return {"folder": str(folder), "notes": len(store.notes())}
 
 
+@checked
 def abort_participant(folder: Path | str, code: str, *, undo: bool = False) -> dict[str, Any]:
-    """End a participant's session, or let them continue; the answers stay."""
+    """End a participant's session now; the answers so far are kept.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+    code : str
+        Code of the participant.
+    undo : bool
+        Let the participant continue.
+
+    Returns
+    -------
+    dict
+        ``folder``, ``participant`` and ``state``.
+    """
     with SessionStore(Path(folder)) as store:
         (store.reopen if undo else store.abort)(code)
         return {"folder": str(folder), "participant": code, "state": store.state(code)}
 
 
+@checked
 def end_session(folder: Path | str, *, undo: bool = False) -> dict[str, Any]:
-    """End a study, so that nobody joins or continues, or reopen it."""
+    """End a study: nobody can join, and unfinished participants cannot continue.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+    undo : bool
+        Let the study continue.
+
+    Returns
+    -------
+    dict
+        ``folder``, and when it ``ended``.
+    """
     with SessionStore(Path(folder)) as store:
         (store.reopen_study if undo else store.end)()
         return {"folder": str(folder), "ended": store.ended}
 
 
+@checked
 def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
-    """Delete a participant and all their data in a session folder."""
+    """Delete a participant and all their data; export tables again afterwards.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Folder of the session.
+    code : str
+        Code of the participant.
+
+    Returns
+    -------
+    dict
+        ``folder``, ``answers_deleted`` and ``participants_left``.
+    """
     with SessionStore(Path(folder)) as store:
         deleted = store.withdraw(code)
         left = len(store.participants())
@@ -120,15 +191,7 @@ def withdraw(folder: Path | str, code: str) -> dict[str, Any]:
 def log_played(store: SessionStore, stimuli: StudyStimuli, code: str, page: Page, slot: str) -> SlotPlayback:
     """Render the stimulus in a slot of a participant's page, log it, and return it."""
     played = stimuli.played(page.slot(slot))
-    store.log_played(
-        code,
-        page.token,
-        slot,
-        sha256=played.sha256,
-        level=played.level,
-        display=played.display,
-        gain_db=played.gain_db,
-    )
+    store.log_played(code, page.token, slot, **played.logged)
     return played
 
 
@@ -136,23 +199,65 @@ SIMULATED = "-simulated"
 """Suffix of the folder of a session's simulated participants."""
 
 
-@takes(ParticipantsRequest)
-def simulate_study(request: ParticipantsRequest) -> dict[str, Any]:
-    """Let simulated participants take a study, by the same interface as people, into a session folder.
+@checked
+def simulate_study(
+    study: Path | str,
+    out: Path | str,
+    *,
+    participants: Count = 20,
+    effect: Mapping[str, Any] | None = None,
+    seed: int = 0,
+    play: bool = False,
+    changes: Mapping[str, Any] | None = None,
+    progress: ProgressCallback = silent,
+) -> dict[str, Any]:
+    """Let simulated participants take a study, with or without an effect.
 
-    A folder begun with the same study is continued. ``effect`` holds values of `SimulatedEffect` by name, and
-    ``shift.NAME`` for one of its shifts.
+    They use the same interface as people. ``progress`` is called with each participant who is done.
 
-    Raises `DataError` if people took the study in that folder: real and simulated answers are kept apart.
+    Parameters
+    ----------
+    study : Path or str
+        A study: a TOML file, or one of `study list`.
+    out : Path or str
+        Folder of the session; created, or continued with the same study.
+    participants : int
+        Number of simulated participants.
+    effect : mapping, optional
+        True effect, e.g. d_prime=1 or shift.generated=-10 (default: none); the values of `SimulatedEffect`.
+    seed : int
+        Seed of their answers.
+    play : bool
+        Generate and render stimuli and log their hashes.
+    changes : mapping, optional
+        Change a value of the study.
+
+    Returns
+    -------
+    dict
+        ``folder``, ``study``, the codes of the ``simulated_participants``, the whole ``effect``, and the number of
+        ``answers``.
+
+    Raises
+    ------
+    DataError
+        If people took the study in that folder: real and simulated answers are kept apart.
     """
-    study, count = Study.load(request.study, changes=request.changes), request.participants
-    session = Path(request.out), study, request.study, study_folder(request.study)
+    loaded = Study.load(study, changes=changes)
 
-    def progress(done: int) -> None:
-        request.progress("participants", done, count)
+    def done(count: int) -> None:
+        progress("participants", count, participants)
 
     return _simulated(
-        *session, count, request.effect, play=request.play, seed=request.seed, progress=progress
+        Path(out),
+        loaded,
+        study,
+        study_folder(study),
+        participants,
+        effect,
+        play=play,
+        seed=seed,
+        progress=done,
     )
 
 
@@ -177,15 +282,15 @@ def simulate_session(
     own = bool(who) and all(known.simulated for known in who)
     out = folder if own else folder.with_name(f"{folder.name}{SIMULATED}")
     origin = read_json(folder / ORIGIN)["study"] if (folder / ORIGIN).is_file() else None
-    place = origin_folder(folder)
-    return _simulated(out, study, origin, place, participants, effect, seed=seed, progress=progress)
+    stimuli_folder = origin_folder(folder)
+    return _simulated(out, study, origin, stimuli_folder, participants, effect, seed=seed, progress=progress)
 
 
 def _simulated(
     out: Path,
     study: Study,
     origin: Path | str | None,
-    place: Path,
+    stimuli_folder: Path,
     count: int,
     effect: Mapping[str, Any] | None,
     *,
@@ -194,15 +299,18 @@ def _simulated(
 ) -> dict[str, Any]:
     """Let simulated participants take a study into a folder.
 
-    ``origin`` is the study's file, None if unknown; the paths of stimuli are relative to ``place``.
+    ``origin`` is the study's file, None if unknown; the paths of stimuli are relative to ``stimuli_folder``.
     """
+    from tactogram_study.simulated_participants import simulate
+    from tactogram_study.workflows.stimuli import StudyStimuli
+
     true_effect = effect_of(effect or {})
     with SessionStore(out, study) as store:
         if any(not known.simulated for known in store.participants()):
             raise DataError(f"{out}: people took this study; give simulated participants another folder")
         if origin is not None:
             keep_origin(out, origin)
-        stimuli = StudyStimuli(study, place)
+        stimuli = StudyStimuli(study, stimuli_folder)
         store.is_simulated, store.limited = stimuli.is_simulated, stimuli.limited
         log = _logger(store, stimuli) if play else None
         who = simulate(store, count, effect=true_effect, play=log, **options)
@@ -218,6 +326,8 @@ def _simulated(
 
 def effect_of(values: Mapping[str, Any]) -> SimulatedEffect:
     """Return the effect with these values by name; ``shift.NAME`` is one of its shifts."""
+    from tactogram_study.simulated_observer import SimulatedEffect
+
     whole: dict[str, Any] = {}
     for key, value in values.items():
         name, dot, inner = key.partition(".")

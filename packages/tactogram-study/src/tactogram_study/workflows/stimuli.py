@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import tomllib
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tactogram.datasets import FAMILIES, SETS, make, tactile_image, tasks
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.models import shipped_run
 from tactogram.rendering import (
@@ -29,12 +27,20 @@ from tactogram.rendering import (
     parse_level,
     shipped,
 )
-from tactogram.signal import Image, Signal, fit_autoregressive, synthesise
+from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
 from tactogram.workflows import TextureSettings, live_texture
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
+from tactogram_study.workflows.simulated_stimuli import (
+    autoregressive_signal,
+    image_family,
+    reconstruction,
+    simulated_image,
+    simulated_signal,
+    simulated_surface,
+)
 from tactogram_study.workflows.streams import (
     StimulusStream,
     stimulus_stream,
@@ -47,8 +53,6 @@ if TYPE_CHECKING:
 
 SHOWN = 8
 """Lines on what is limited."""
-SEEDS = 16
-"""Number of pictures of each simulated family for ``any/TEXT``."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,12 @@ class SlotPlayback:
     display: str
     gain_db: float = 0.0
     stream: StimulusStream | None = None
+
+    @property
+    def logged(self) -> dict[str, Any]:
+        """What the session's log keeps of it, as `SessionStore.log_played` takes it."""
+        names = ("sha256", "level", "display", "gain_db")
+        return {name: getattr(self, name) for name in names}
 
 
 class StudyStimuli:
@@ -108,7 +118,7 @@ class StudyStimuli:
     def image(self, stimulus: Stimulus) -> Image | None:
         """Return the picture of a stimulus, None if it has none."""
         if stimulus.simulated_image:
-            return _simulated_image(stimulus.simulated_image, stimulus.seed)
+            return simulated_image(stimulus.simulated_image, stimulus.seed)
         if stimulus.image_run:
             made = self._generated(stimulus, stimulus.image_run)
             if not isinstance(made, Image):
@@ -140,10 +150,10 @@ class StudyStimuli:
         for one in self.study.made_stimuli:
             if one.name not in self._limited:
                 with suppress(TactogramError):
-                    found = [line for facts in self._file_facts(one) for line in facts.get("limited", ())]
+                    lines = [line for facts in self._file_facts(one) for line in facts.get("limited", ())]
                     for name in filter(None, (one.run, one.image_run)):
-                        found += self._limits(one, load(name))
-                    self._limited[one.name] = found
+                        lines += self._limits(one, load(name))
+                    self._limited[one.name] = lines
         return {name: lines for name, lines in self._limited.items() if lines}
 
     def display(self, stimulus: Stimulus | None) -> Display:
@@ -169,9 +179,9 @@ class StudyStimuli:
                 if stimulus.is_played:
                     self._check_display(self.display(stimulus))
                 if stimulus.simulated:
-                    _surface(stimulus.simulated)
+                    simulated_surface(stimulus.simulated)
                 if stimulus.simulated_image:
-                    _family(stimulus.simulated_image)
+                    image_family(stimulus.simulated_image)
                 for name in filter(None, _files(stimulus)):
                     self._file(name)
             if stimulus.is_played:
@@ -259,22 +269,18 @@ class StudyStimuli:
             return made
         if stimulus.simulated:
             length = None if stimulus.autoregressive else stimulus.seconds
-            signal = _simulated(stimulus.simulated, 0 if stimulus.autoregressive else stimulus.seed, length)
+            signal = simulated_signal(
+                stimulus.simulated, 0 if stimulus.autoregressive else stimulus.seed, length
+            )
         elif stimulus.file:
             signal = read_signal(self._file(stimulus.file))
         else:
             raise ParameterError("it has no signal; give file, run or simulated")
         if stimulus.autoregressive:
-            from tactogram.training import surface_seed
-
-            # Over displacement, too: a model only counts samples.
-            model = fit_autoregressive(replace(signal, domain="time"))
-            own = surface_seed(stimulus.seed, {"vibration": signal})
-            made = synthesise(model, stimulus.seconds or signal.extent, seed=own)
-            signal = replace(made, domain=signal.domain)
+            signal = autoregressive_signal(signal, stimulus)
         elif stimulus.file and stimulus.seconds is not None:
             signal = signal.cut(0, max(1, round(stimulus.seconds * signal.rate)))
-        return _reconstructed(signal, stimulus) if stimulus.reconstructed else signal
+        return reconstruction(signal, stimulus) if stimulus.reconstructed else signal
 
     def _generated(self, stimulus: Stimulus, run: str) -> Signal | Image:
         from tactogram.workflows import generate
@@ -358,6 +364,11 @@ def _named(stimulus: Stimulus) -> Iterator[None]:
         raise type(error)(f"stimulus {stimulus.name}: {error}") from error
 
 
+@lru_cache(maxsize=16)
+def _display(name: str) -> Display:
+    return open_display(name)
+
+
 def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signal]:
     """Return level and signal that are played ``gain_db`` above ``level``.
 
@@ -372,64 +383,6 @@ def stronger(level: Level, signal: Signal, gain_db: float) -> tuple[Level, Signa
     if level.kind == "sensation" and level.value is not None:
         return replace(level, value=level.value + gain_db), signal
     return level, signal.with_samples(signal.samples * np.float32(factor))
-
-
-def _reconstructed(signal: Signal, stimulus: Stimulus) -> Signal:
-    from tactogram.features import reconstructed  # loads torch
-
-    if stimulus.reconstructed == "griffin_lim":
-        return reconstructed(signal, start="random", iteration="griffin_lim", seed=stimulus.seed)
-    return reconstructed(signal, start="gradient", iteration="admm+fast_griffin_lim", seed=stimulus.seed)
-
-
-@lru_cache(maxsize=16)
-def _display(name: str) -> Display:
-    return open_display(name)
-
-
-@lru_cache(maxsize=64)
-def _simulated(text: str, seed: int, seconds: float | None) -> Signal:
-    """Return the vibration, or else the first stream, of the first recording of a simulated material."""
-    set_name, place = _surface(text)
-    listed = tasks(set_name, seed=seed, per_class=1, own_images=False)
-    chosen = next(task for task in listed if task.surface == place)
-    # At least one stroke is simulated; the requested length is cut from its middle, where the finger moves.
-    length = chosen.seconds if seconds is None else max(seconds, min(chosen.seconds, 2 * seconds))
-    streams = make(replace(chosen, seconds=min(length, 10.0))).streams
-    signal = streams.get("acceleration") or next(iter(streams.values()))
-    wanted = len(signal) if seconds is None else min(len(signal), round(seconds * signal.rate))
-    start = (len(signal) - wanted) // 2
-    return signal.cut(start, start + wanted)
-
-
-def _surface(text: str) -> tuple[str, int]:
-    """Return the set of a simulated material, and its index there."""
-    set_name, _, material = text.partition("/")
-    if set_name not in SETS:
-        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
-    names = [surface.name for surface in SETS[set_name].surfaces]
-    if material not in names:
-        known = ", ".join(names) or "none"
-        raise ParameterError(f"simulated must be SET/MATERIAL; {set_name} has {known}, got {text!r}")
-    return set_name, names.index(material)
-
-
-def _simulated_image(text: str, seed: int) -> Image:
-    family, number = _family(text)
-    if family == "any":
-        drawn = zlib.crc32(number.encode())
-        families = list(FAMILIES)
-        return tactile_image(families[drawn % len(families)], drawn // len(families) % SEEDS, seed=seed)
-    return tactile_image(family, int(number), seed=seed)
-
-
-def _family(text: str) -> tuple[str, str]:
-    """Return the family of a simulated picture, and its number there."""
-    family, _, number = text.partition("/")
-    if family != "any" and (family not in FAMILIES or not number.isdigit()):
-        known = ", ".join(FAMILIES)
-        raise ParameterError(f"simulated_image must be FAMILY/NUMBER with a family of {known}, got {text!r}")
-    return family, number
 
 
 BROWSER_RATES = (8000, 96_000)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import ParameterError
+from tactogram.parameters import checked
 from tactogram_study.designs import designs
 from tactogram_study.questions import Question
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.trials import Page, PageAnswers, Participant, PresentedStimulus
-from tactogram_study.wording import language_texts, missing_texts, own_name
-from tactogram_study.workflows.stimuli import StudyStimuli
+from tactogram_study.wording import complete_texts, language_texts, missing_texts, own_name
+
+if TYPE_CHECKING:
+    from tactogram_study.workflows.stimuli import StudyStimuli
 
 INTRODUCTION_S = 120.0
 """Consent, and matching the card to the screen."""
@@ -54,13 +57,28 @@ def _answer_seconds(questions: Sequence[Question]) -> float:
 
 
 def list_studies() -> dict[str, Any]:
-    """Return the facts by which to choose a study, for each that comes with the package."""
-    studies = {name: (Study.load(path), path.parent) for name, path in shipped_studies().items()}
-    return {name: _facts(StudyStimuli(study, folder)) for name, (study, folder) in studies.items()}
+    """List the studies that come with the package.
+
+    Returns
+    -------
+    dict
+        By name the facts by which to choose one, those of `check_study`.
+    """
+    from tactogram_study.workflows.stimuli import StudyStimuli
+
+    return {
+        name: _facts(StudyStimuli(Study.load(path), path.parent)) for name, path in shipped_studies().items()
+    }
 
 
 def list_designs() -> dict[str, Any]:
-    """Return the designs of studies by kind, with their margins and power tables."""
+    """List the designs that a study can have, with their margins and power tables.
+
+    Returns
+    -------
+    dict
+        By kind ``title``, ``question``, ``margins`` (their units by name) and ``power`` (names of tables).
+    """
     return {
         kind: {
             "title": design.title,
@@ -72,23 +90,55 @@ def list_designs() -> dict[str, Any]:
     }
 
 
-def list_languages() -> dict[str, Any]:
-    """Return the languages of participants' pages by tag, with their own names and the keys that are English."""
+@checked
+def list_languages(language: str = "") -> dict[str, Any]:
+    """List the languages of participants' pages, or print the texts of one.
+
+    Parameters
+    ----------
+    language : str, optional
+        Print the texts of this language as a file to translate, missing ones in English.
+
+    Returns
+    -------
+    dict
+        By tag the ``name`` of each language in itself, and ``missing_texts``, the keys that are English; of one
+        language its texts by key.
+    """
+    if language:
+        return dict(complete_texts(language))
     return {
-        language: {"name": own_name(language), "missing_texts": list(missing_texts(language))}
-        for language in language_texts()
+        tag: {"name": own_name(tag), "missing_texts": list(missing_texts(tag))} for tag in language_texts()
     }
 
 
+@checked
 def check_study(
-    study: Path | str, *, changes: Mapping[str, Any] | None = None, stimuli: bool = False
+    study: Path | str, *, stimuli: bool = False, changes: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Check a study's file, levels, displays, and the files and names of its stimuli; return its facts.
+    """Check a study's file and describe what it asks of a participant.
 
-    With ``stimuli`` every stimulus is also made and rendered on its display, which can take a while; ``limited`` are
-    sentences, by stimulus, on what was outside of what its run learned.
+    Levels, displays, and the files and names of its stimuli are checked, too.
 
-    Raises `TactogramError` for the first fault, in one line.
+    Parameters
+    ----------
+    study : Path or str
+        A study: a TOML file, or one of `study list`.
+    stimuli : bool
+        Also generate and render every stimulus, which can take a while.
+    changes : mapping, optional
+        Change a value of the study.
+
+    Returns
+    -------
+    dict
+        Facts on the study; ``rendered`` are hashes by stimulus, ``limited`` sentences, by stimulus, on what was
+        outside of what its run learned.
+
+    Raises
+    ------
+    TactogramError
+        For the first fault, in one line.
     """
     return check_loaded(Study.load(study, changes=changes), study_folder(study), stimuli=stimuli)
 
@@ -98,6 +148,8 @@ def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[s
     for place in ("title", "consent"):
         if not getattr(study, place):
             raise ParameterError(f"{place} must have a text, got none")
+    from tactogram_study.workflows.stimuli import StudyStimuli
+
     made = StudyStimuli(study, folder)
     made.check()
     facts = _facts(made) | {"sha256": study.sha256, "rendered": None, "limited": {}}

@@ -22,8 +22,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import item_contrasts
 from tactogram_study.answers import Answers
-from tactogram_study.statistics.clustered import pooled_share
-from tactogram_study.statistics.shares import share_of
+from tactogram_study.statistics import pooled_share, share_of
 
 EVOKED = "share of participants in whom it was evoked"
 
@@ -45,30 +44,21 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
     }
     shares = {key: share_of(sum(votes), len(votes)) for key, votes in cells.items()}
     ps = holm([share.p for share in shares.values()])
-    rows: list[dict[str, Any]] = [
-        {
-            "image": image,
-            "word": word,
-            "evoked": share.count,
-            "n": share.n,
-            **share_columns(share),
-            "p_holm": p,
-            "verdict": verdict_of(p),
-        }
-        for ((image, word), share), p in zip(shares.items(), ps, strict=True)
-    ]
-    findings = [
-        exact_finding(
-            f"{image}, {word}",
-            share,
-            EVOKED,
-            role="confirmatory",
-            p=p,
-            participants=share.n,
-            correction="Holm over images and words",
+    findings, rows = [], []
+    for ((image, word), share), p in zip(shares.items(), ps, strict=True):
+        facts = {"image": image, "word": word, "evoked": share.count, "n": share.n}
+        rows.append(facts | share_columns(share) | {"p_holm": p, "verdict": verdict_of(p)})
+        findings.append(
+            exact_finding(
+                f"{image}, {word}",
+                share,
+                EVOKED,
+                role="confirmatory",
+                p=p,
+                participants=share.n,
+                correction="Holm over images and words",
+            )
         )
-        for ((image, word), share), p in zip(shares.items(), ps, strict=True)
-    ]
     rows.sort(key=lambda row: (row["image"], row["word"]))
     words, per_word = _words(kept)
     smallest = min(share.n for share in shares.values())
@@ -97,7 +87,7 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
     for word, group in kept.by("question").items():
         if group.people < 2:
             continue
-        found = pooled_share(group.numbers(), group.column("participant"))
+        estimate = pooled_share(group.numbers(), group.column("participant"))
         images = {name: k for k, name in enumerate(group.unique("stimulus"))}
         raters = {name: k for k, name in enumerate(group.unique("participant"))}
         table = np.full((len(images), len(raters)), np.nan)
@@ -107,9 +97,9 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
         rows.append(
             {
                 "word": word,
-                "share": found.estimate,
-                "low": found.low,
-                "high": found.high,
+                "share": estimate.estimate,
+                "low": estimate.low,
+                "high": estimate.high,
                 "participants": group.people,
                 "krippendorff_alpha": alpha,
             }
@@ -119,9 +109,8 @@ def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:
                 word,
                 "GEE by participant, over all images",
                 "share evoked",
-                found,
-                n=len(group),
-                participants=group.people,
+                estimate,
+                group,
                 p=None,
                 statistic=None,
             )

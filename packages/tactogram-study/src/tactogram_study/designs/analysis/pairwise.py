@@ -13,14 +13,6 @@ from scipy import special, stats
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.statistics import BLUE, GRAY, holm, holm_rows
-from tactogram_study.analysis.bradley_terry import (
-    LEAST,
-    PRIOR_SD,
-    bradley_terry,
-    curvature,
-    gap_errors,
-    strengths_by_participant,
-)
 from tactogram_study.analysis.figures import title_of
 from tactogram_study.analysis.findings import (
     AnalysisSection,
@@ -30,9 +22,17 @@ from tactogram_study.analysis.findings import (
     section_of,
 )
 from tactogram_study.answers import Answer, Answers
-from tactogram_study.power.assumptions import PowerAssumptions
-from tactogram_study.power.methods import PowerMethod, StudyBatch, Truths
-from tactogram_study.statistics.shares import share_of
+from tactogram_study.designs.pairwise import (
+    LEAST,
+    PRIOR_SD,
+    bradley_terry,
+    curvature,
+    gap_errors,
+    strengths_by_participant,
+)
+from tactogram_study.planned import PowerAssumptions
+from tactogram_study.power import PowerMethod, StudyBatch, Truths
+from tactogram_study.statistics import share_of
 
 Numbers = NDArray[np.float64]
 TEST = "Bradley-Terry by participant"

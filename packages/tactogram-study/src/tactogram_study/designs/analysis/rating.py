@@ -44,7 +44,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import holm_paired, item_contrasts
 from tactogram_study.answers import Answer, Answers, Targets
-from tactogram_study.statistics.clustered import bootstrap_by_participant
+from tactogram_study.statistics import bootstrap_by_participant
 
 Numbers = NDArray[np.float64]
 
@@ -290,31 +290,20 @@ def _table(
     rows, overall = [], []
     for c, condition in enumerate(errors.conditions):
         values = errors.of(condition)
-        overall.append(
-            {
-                "condition": condition,
-                "n": len(values),
-                "participants": int((~np.isnan(errors.people[:, c]).all(1)).sum()),
-                "mean": float(whole[0][c]),
-                "low": float(whole[1][c]),
-                "high": float(whole[2][c]),
-                "se_as_printed": _printed_se(values),
-            }
-        )
+        people = int((~np.isnan(errors.people[:, c]).all(1)).sum())
+        facts = {"condition": condition, "n": len(values), "participants": people}
+        overall.append(facts | _interval(whole, c, values))
         for word, values in errors.by_word(condition).items():
-            w = errors.words.index(word)
-            rows.append(
-                {
-                    "condition": condition,
-                    "word": word,
-                    "n": len(values),
-                    "mean": float(words[0][c, w]),
-                    "low": float(words[1][c, w]),
-                    "high": float(words[2][c, w]),
-                    "se_as_printed": _printed_se(values),
-                }
-            )
+            at = c, errors.words.index(word)
+            facts = {"condition": condition, "word": word, "n": len(values)}
+            rows.append(facts | _interval(words, at, values))
     return rows, overall
+
+
+def _interval(bootstrapped: tuple[Numbers, ...], at: Any, values: Numbers) -> dict[str, Any]:
+    """Return the columns of a mean with its interval, and its standard error as printed."""
+    mean, low, high = (float(part[at]) for part in bootstrapped)
+    return {"mean": mean, "low": low, "high": high, "se_as_printed": _printed_se(values)}
 
 
 def _printed_se(values: Numbers) -> float | None:

@@ -25,7 +25,7 @@ from tactogram_study.analysis.threshold import (
 )
 from tactogram_study.answers import Answers
 from tactogram_study.designs.staircase import BELOW_START_DB
-from tactogram_study.power.methods import Means, StudyBatch
+from tactogram_study.power import Means, StudyBatch
 
 
 def reversals_of(own: Answers) -> NDArray[np.bool_]:
@@ -77,13 +77,7 @@ ENOUGH_REVERSALS = 12
 FITTED = "logistic fits of each participant, Student's t"
 
 
-def analyse_staircases(
-    answers: Answers,
-    *,
-    margin: float | None = None,
-    guess: float = 0.5,
-    share: float | None = None,
-) -> AnalysisSection:
+def analyse_staircases(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
     """Return thresholds of two-alternative staircases, by participant and over all.
 
     Confirmatory is the mean over participants of the thresholds of `estimate_threshold`, with an interval by Student's
@@ -91,9 +85,8 @@ def analyse_staircases(
     fewer there are.
 
     ``value`` is the intensity in dB, ``correct`` the outcome, ``condition`` the staircase, in the order of ``trial``.
-    ``guess`` is the share correct without any signal, ``share`` that at the threshold: by default where the staircases
-    settle by their rule (`settled_share`), .794 if the rule is unknown. Raises `DataError` if no threshold can be
-    estimated.
+    Thresholds are read where the staircases settle by their rule (`settled_share`), at .794 if the rule is unknown.
+    Raises `DataError` if none can be estimated.
     """
     kept, notes = numeric_answers(answers.where(lambda row: row.correct is not None), "staircase")
     tracks = {
@@ -101,8 +94,8 @@ def analyse_staircases(
         for staircase, group in kept.by("condition").items()
         for person, own in group.by("participant").items()
     }
-    share = share or _settled(tracks)
-    fits = {key: fit for key, own in tracks.items() if (fit := _fit(own, share, guess)) is not None}
+    share = _settled(tracks)
+    fits = {key: fit for key, own in tracks.items() if (fit := _fit(own, share)) is not None}
     means = {
         key: reversal_threshold(own.numbers("value"), reversals_of(own).tolist())
         for key, own in tracks.items()
@@ -142,9 +135,9 @@ def _settled(tracks: Mapping[tuple[str, str], Answers]) -> float:
     return float(np.median(known)) if known else SETTLED_3_DOWN
 
 
-def _fit(own: Answers, share: float, guess: float) -> Threshold | None:
+def _fit(own: Answers, share: float) -> Threshold | None:
     try:
-        return estimate_threshold(own.numbers("value"), own.numbers("correct"), share=share, guess=guess)
+        return estimate_threshold(own.numbers("value"), own.numbers("correct"), share=share)
     except DataError:
         return None
 

@@ -25,7 +25,7 @@ from tactogram_study.analysis.findings import (
 )
 from tactogram_study.analysis.paired import holm_paired, paired_findings
 from tactogram_study.answers import Answers
-from tactogram_study.statistics.clustered import mixed_difference
+from tactogram_study.statistics import mixed_difference
 
 
 def analyse_realism(answers: Answers, *, margin: float | None = None) -> AnalysisSection:
@@ -76,9 +76,9 @@ def _differences(kept: Answers, names: tuple[str, ...]) -> dict[str, float]:
 
 def _mixed(kept: Answers, names: tuple[str, ...], measure: str) -> Finding:
     first = np.array([row.condition == names[0] for row in kept])
-    found = mixed_difference(kept.numbers(), first, kept.column("participant"), kept.column("stimulus"))
+    estimate = mixed_difference(kept.numbers(), first, kept.column("participant"), kept.column("stimulus"))
     test = "linear mixed model, participants and textures at random"
-    return estimate_finding("all", test, measure, found, n=len(kept), participants=kept.people)
+    return estimate_finding("all", test, measure, estimate, kept)
 
 
 def _textures(

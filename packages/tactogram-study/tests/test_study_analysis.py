@@ -10,9 +10,9 @@ from tactogram_study.answers import Answer, Answers
 from tactogram_study.designs import find_design
 from tactogram_study.designs.analysis.pairwise import bradley_terry
 from tactogram_study.designs.analysis.staircase import reversals_of
-from tactogram_study.statistics.clustered import pooled_share
-from tactogram_study.statistics.shares import share_of
-from tactogram_study.study_analysis import AnalysisPlan, analyse
+from tactogram_study.planned import AnalysisPlan
+from tactogram_study.statistics import pooled_share, share_of
+from tactogram_study.study_analysis import analyse
 
 ITEMS = ("cloth", "cork", "tile")
 
@@ -404,4 +404,4 @@ def test_answers_that_cannot_be_analysed_are_refused_in_a_line(answers, words):
 )
 def test_a_plan_that_cannot_be_is_refused(plan, words):
     with pytest.raises(ParameterError, match=words):
-        AnalysisPlan(**plan)
+        analyse(Answers(TWO), plan=AnalysisPlan(**plan))

@@ -10,11 +10,10 @@ from tactogram.cli import main
 from tactogram.errors import DataError, TactogramError
 from tactogram_study.answers import read_answers
 from tactogram_study.session.file import DamagedSessionError
-from tactogram_study.session.salvage import salvage_session
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_participants import simulate
 from tactogram_study.workflows.analysis import analyse_study
-from tactogram_study.workflows.answers import export_study
+from tactogram_study.workflows.answers import export_study, salvage_session
 from tactogram_study.workflows.sessions import end_session, session_progress
 
 PAGE = 4096
@@ -65,7 +64,7 @@ def opened(folder, tmp_path):
     """Call what opens a session folder, and return the errors."""
     errors = []
     for open_session in (
-        lambda: export_study(folder, table=tmp_path / "a.csv"),
+        lambda: export_study(folder, out=tmp_path / "a.csv"),
         lambda: analyse_study(folder, tmp_path / "found", figures=False, draws=100),
         lambda: session_progress(folder),
         lambda: end_session(folder),
@@ -158,7 +157,7 @@ def test_the_command_exports_what_can_be_read_and_reports_what_is_lost(whole, da
     assert f"tactogram study export {folder} --salvage --out F.csv" in message
     assert not (tmp_path / "a.csv").exists()
     assert main(["study", "export", str(folder), "--salvage", "--out", str(tmp_path / "a.csv")]) == 0
-    assert "tactogram: at least 1 rows of answers are lost" in capsys.readouterr().err
+    assert "note: at least 1 rows of answers are lost" in capsys.readouterr().err
     assert len(read_answers(tmp_path / "a.csv")) == len(whole[1]) - 1
     assert (tmp_path / "a.study.json").is_file()
 

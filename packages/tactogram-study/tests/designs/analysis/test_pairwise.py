@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from tactogram_study.analysis.bradley_terry import bradley_terry, strengths_by_participant
 from tactogram_study.answers import Answer, Answers
 from tactogram_study.designs.analysis.pairwise import (
     ALIKE,
@@ -11,7 +10,8 @@ from tactogram_study.designs.analysis.pairwise import (
     shown_and_equal,
     simulated_preferences,
 )
-from tactogram_study.statistics.clustered import pooled_share
+from tactogram_study.designs.pairwise import bradley_terry, strengths_by_participant
+from tactogram_study.statistics import pooled_share
 
 
 def test_of_two_items_the_error_is_that_of_a_share_by_participant():

@@ -1,5 +1,4 @@
 import json
-import socket
 import tomllib
 from contextlib import closing
 
@@ -20,63 +19,11 @@ from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
 from tactogram_study.workflows.answers import open_answers
 from tactogram_study.workflows.sessions import (
-    begin_session,
-    effect_of,
     log_played,
-    origin_folder,
     simulate_study,
 )
 from tactogram_study.workflows.stimuli import StudyStimuli, stronger
-from tactogram_study.workflows.studies import check_study, study_folder
-
-STUDY = """
-title = "Small"
-consent = "Do you agree?"
-level = "gain=0.1"
-[design]
-kind = "staircase"
-most_trials = 4
-[[stimuli]]
-name = "buzz"
-file = "buzz.wav"
-"""
-
-
-@pytest.fixture
-def study_file(tmp_path):
-    t = np.arange(500) / 1000
-    write_signal(tmp_path / "buzz.wav", Signal(np.sin(2 * np.pi * 80 * t), 1000, "m/s^2"))
-    path = tmp_path / "small.toml"
-    path.write_text(STUDY)
-    return path
-
-
-def printed(capsys, *arguments):
-    assert main([*map(str, arguments), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_a_study_goes_from_check_to_export_and_withdrawal(study_file, tmp_path, capsys):
-    folder = tmp_path / "session"
-    checked = printed(capsys, "study", "check", study_file, "--stimuli")
-    assert (checked["design"], checked["trials"]) == ("staircase", 4)
-    assert list(checked["rendered"]) == ["buzz"]
-    done = printed(capsys, "study", "simulate", study_file, "--out", folder, "--participants", 2, "--play")
-    assert done["simulated"] is True
-    facts = printed(
-        capsys, "study", "export", folder, "--out", tmp_path / "a.csv", "--bids", tmp_path / "bids"
-    )
-    assert facts["simulated_participants"] == 2
-    assert (tmp_path / "bids" / "participants.tsv").is_file()
-    answers = open_answers(tmp_path / "a.csv")
-    trials = answers.where(design="staircase")
-    assert len(trials) == 8
-    # At 0 dB what was played is what `check --stimuli` rendered; silence is beside it.
-    assert checked["rendered"]["buzz"] in trials.rows[0].played_sha256
-    code = done["simulated_participants"][0]
-    gone = printed(capsys, "study", "withdraw", folder, code)
-    assert gone == {"folder": str(folder), "answers_deleted": 5, "participants_left": 1}
-    assert code not in open_answers(folder).column("participant")
+from tactogram_study.workflows.studies import check_study
 
 
 def test_check_refuses_a_display_that_a_session_refuses(study_file, tmp_path):
@@ -90,61 +37,10 @@ def test_check_refuses_a_display_that_a_session_refuses(study_file, tmp_path):
     assert check_study(study_file, changes=changes | {"played_by": "server"})["display"] == "voice-coil"
 
 
-def test_the_shipped_studies_are_listed(capsys):
-    listed = printed(capsys, "study", "list")
-    assert listed["two-area"]["trials"] == 90
-    assert listed["image-words"]["design"] == "rating"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["check", "nothing"], "nothing: no such study; shipped ones are abx"),
-        (["check", "STUDY", "--set", "level=loud"], "level must be one of physical"),
-        (["check", "STUDY", "--set", "display=x"], "stimulus buzz: display must be one of"),
-        (["check", "abx", "--set", "grid.source.simulated=fabric/{item}"], "simulated set must be one of"),
-        (["check", "abx", "--set", "grid.source.simulated=stroking9/x"], "stroking9 has artificial-grass"),
-        (["check", "plate-words", "--set", "grid.source.simulated_image=dot/1"], "with a family of"),
-        (
-            ["simulate", "STUDY", "--out", "OUT", "--effect", "dprime=1"],
-            "effect: unknown key 'dprime'; known here: b",
-        ),
-        (
-            ["simulate", "STUDY", "--out", "OUT", "--participants", "0"],
-            "participants must be at least 1, got 0",
-        ),
-        (["export", "OUT"], "export needs a target: --out, --bids, or both"),
-        (["export", "OUT", "--out", "a.csv"], "no study was begun here"),
-        (["withdraw", "OUT", "P1"], "no study was begun here"),
-    ],
-)
-def test_what_is_wrong_is_one_line(study_file, tmp_path, capsys, arguments, message):
-    places = {"STUDY": str(study_file), "OUT": str(tmp_path / "none")}
-    assert main(["study", *(places.get(a, a) for a in arguments)]) == 1
-    said = capsys.readouterr().err
-    assert message in said
-    assert said.count("\n") == 1
-    assert not (tmp_path / "none").exists()
-
-
-def test_a_wrong_name_is_told_before_a_port_in_use(capsys):
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = str(taken.getsockname()[1])
-        assert main(["study", "run", "two-aera", "--out", "x", "--no-open", "--port", port]) == 1
-    assert "two-aera: no such study; shipped ones are " in capsys.readouterr().err
-
-
 def test_a_file_that_is_not_there_is_named(study_file, capsys):
     study_file.with_name("buzz.wav").unlink()
     assert main(["study", "check", str(study_file)]) == 1
     assert "stimulus buzz: " in capsys.readouterr().err
-
-
-def test_simulated_participants_are_kept_apart_from_people(study_file, tmp_path):
-    with SessionStore(tmp_path / "session", Study.load(study_file)) as store:
-        store.enrol()
-    with pytest.raises(Exception, match="people took this study; give simulated participants another folder"):
-        simulate_study(study_file, tmp_path / "session", participants=1)
 
 
 def test_what_is_played_is_rendered_at_the_staircases_level(study_file, tmp_path):
@@ -170,11 +66,6 @@ def test_a_level_that_replaces_the_signals_own_is_changed_itself():
     assert stronger(parse_level("physical"), signal, 20.0)[1].samples.max() == pytest.approx(10)
     with pytest.raises(ParameterError, match="peak needs a share in 0 to 1"):
         stronger(parse_level("peak=0.5"), signal, 20.0)
-
-
-def test_an_effect_is_given_by_name():
-    effect = effect_of({"d_prime": 1.5, "shift.generated": -10})
-    assert (effect.d_prime, effect.shift) == (1.5, {"generated": -10})
 
 
 def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
@@ -312,7 +203,7 @@ def test_what_is_limited_of_a_stimulus_is_said_before_and_stored_with_the_answer
     }  # fmt: skip
     stimuli = [{"name": name, **source} for name, source in sources.items()]
     design = {"kind": "magnitude"}
-    whole = tomllib.loads(STUDY) | {"design": design, "stimuli": stimuli}
+    whole = tomllib.loads(study_file.read_text()) | {"design": design, "stimuli": stimuli}
     study_file.write_text(tomli_w.dumps(whole))
     assert check_study(study_file)["limited"] == {}  # nothing is made
     assert main(["study", "check", str(study_file), "--stimuli", "--json"]) == 0
@@ -327,62 +218,8 @@ def test_what_is_limited_of_a_stimulus_is_said_before_and_stored_with_the_answer
     }  # fmt: skip
 
 
-def test_a_session_knows_where_its_stimuli_lie(study_file, tmp_path):
-    session = begin_session(study_file, tmp_path / "deep" / "session")
-    assert origin_folder(session) == study_file.resolve().parent
-    assert begin_session(study_file, session) == session
-    assert origin_folder(begin_session("abx", tmp_path / "shipped")) == study_folder("abx")
-    assert origin_folder(tmp_path) == tmp_path
-    (session / "origin.json").write_text("[]")
-    with pytest.raises(DataError, match=r"origin\.json: lacks the study"):
-        origin_folder(session)
-
-
-def test_a_session_is_not_begun_with_stimuli_that_are_missing(study_file, tmp_path):
-    next(study_file.parent.glob("**/*.wav")).unlink()
-    with pytest.raises(DataError, match="no such file"):
-        begin_session(study_file, tmp_path / "session")
-    assert not (tmp_path / "session").exists()
-
-
 @pytest.mark.parametrize("given", [{"photograph": "away.png"}, {"vibration": "away.wav"}])
 def test_a_study_is_not_checked_without_what_its_run_is_given(given):
     stimuli = [{"name": "a", "run": "r", **given}]
     with pytest.raises(DataError, match=r"stimulus a: .*away\.(png|wav): no such file"):
         check_study("abx", changes={"stimuli": stimuli})
-
-
-def test_a_session_is_looked_after_from_the_command_line(study_file, tmp_path, capsys):
-    folder = begin_session(study_file, tmp_path / "session")
-    with SessionStore(folder) as store:
-        store.enrol("P1", device={"px_per_mm": 4})
-    assert printed(capsys, "study", "note", folder, "The fan was on", "--participant", "P1")["notes"] == 1
-    assert printed(capsys, "study", "abort", folder, "P1")["state"] == "aborted"
-    assert printed(capsys, "study", "abort", folder, "P1", "--undo")["state"] == "going"
-    assert printed(capsys, "study", "end", folder)["ended"]
-    known = printed(capsys, "study", "progress", folder)
-    assert (known["participants"][0]["device"], known["notes"][0]["participant"]) == ({"px_per_mm": 4}, "P1")
-    assert printed(capsys, "study", "end", folder, "--undo")["ended"] is None
-    assert main(["study", "progress", str(folder)]) == 0
-    assert "P1    not begun  0 of 4" in capsys.readouterr().out
-    assert main(["study", "abort", str(folder), "P9"]) == 1
-    assert capsys.readouterr().err == "tactogram: no participant has the code 'P9'\n"
-
-
-def test_languages_are_listed_with_what_they_lack_and_printed_for_translation(
-    study_file, tmp_path, capsys, monkeypatch
-):
-    monkeypatch.setenv("TACTOGRAM_LANGUAGES", "")
-    own = tmp_path / "nl.toml"
-    assert main(["study", "languages", "en"]) == 0
-    own.write_text(capsys.readouterr().out.replace('name = "English"', 'name = "Nederlands"'), "utf-8")
-    listed = printed(capsys, "study", "languages", "--languages", own)
-    assert listed["nl"] == {"name": "Nederlands", "missing_texts": []}
-    own.write_text('next = "Verder"', encoding="utf-8")
-    study_file.write_text(f'languages = ["nl", "en"]\n{STUDY}')
-    lacks = printed(capsys, "study", "check", study_file)["missing_texts"]
-    assert list(lacks) == ["nl"]
-    assert "begin" in lacks["nl"]
-    assert "next" not in lacks["nl"]
-    assert main(["study", "check", str(study_file)]) == 0
-    assert f"missing_texts: nl {len(lacks['nl'])}: name, reload, language," in capsys.readouterr().out

@@ -1,15 +1,21 @@
-"""Estimates from clustered answers: GEE, mixed models, bootstrap by participant."""
+"""Tests and intervals of studies alone: shares of yes-or-no answers, d', and estimates from clustered answers.
+
+E. B. Wilson, J. Am. Stat. Assoc. 22 (1927), and C. J. Clopper, E. S. Pearson, Biometrika 26 (1934), by scipy. d' by
+N. A. Macmillan, C. D. Creelman, "Detection Theory: A User's Guide", 2nd ed. (2005), ch. 7 and 9. Equivalence by two
+one-sided tests (D. J. Schuirmann, J. Pharmacokinet. Biopharm. 15, 1987), GEE and mixed models by statsmodels. What
+evaluation has, too, is in `tactogram.statistics`.
+"""
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy import special, stats
+from scipy import optimize, special, stats
 from threadpoolctl import threadpool_limits
 
 from tactogram.errors import ParameterError
@@ -17,6 +23,111 @@ from tactogram.errors import ParameterError
 Numbers = NDArray[np.float64]
 TAIL = (1 - 0.95) / 2
 """Probability on each side of an interval of 95 %, as a float: 0.025 would change last digits."""
+
+
+@dataclass(frozen=True)
+class ShareEstimate:
+    """Share among independent answers, its two-sided exact p against one half, and two intervals."""
+
+    count: int
+    n: int
+    share: float
+    p: float
+    wilson: tuple[float, float]
+    clopper_pearson: tuple[float, float]
+
+
+@lru_cache(maxsize=4096)
+def share_of(count: int, n: int) -> ShareEstimate:
+    """Return a share of independent answers with its exact test against one half and its intervals."""
+    if not 0 <= count <= n or n < 1:
+        raise ParameterError(f"a share needs 0 <= count <= n and n >= 1, got {count} of {n}")
+    test = stats.binomtest(count, n)
+
+    def interval(method: str) -> tuple[float, float]:
+        ends = test.proportion_ci(0.95, method)
+        return float(ends.low), float(ends.high)
+
+    return ShareEstimate(count, n, count / n, float(test.pvalue), interval("wilson"), interval("exact"))
+
+
+@lru_cache(maxsize=1024)
+def smallest_significant(n: int) -> int | None:
+    """Return the smallest count above one half with a two-sided exact p below .05; None if there is none."""
+    shown = np.flatnonzero(exact_ps(n) < 0.05)
+    above = shown[shown > n * 0.5]
+    return int(above[0]) if len(above) else None
+
+
+def exact_ps(n: int, *, chance: float = 0.5) -> NDArray[np.float64]:
+    """Return p of the two-sided exact binomial test for every count from 0 to n; float64, shape (n + 1,).
+
+    As scipy's ``binomtest``, for all counts at once.
+    """
+    likely = stats.binom.pmf(np.arange(n + 1), n, chance)
+    # Two-sided as scipy's: all counts that are no likelier under chance than the observed one.
+    order = np.argsort(likely, kind="stable")
+    ends = np.searchsorted(likely[order], likely * (1 + 1e-7), side="right")
+    return np.asarray(np.minimum(np.cumsum(likely[order])[ends - 1], 1.0))
+
+
+def d_prime_2afc(share: float) -> float:
+    """Return d' of a share correct with two intervals or places: sqrt(2) z(share); infinite at 0 and 1."""
+    return float(np.sqrt(2) * stats.norm.ppf(share))
+
+
+def d_prime_abx(share: float) -> float:
+    """Return d' of a share correct in ABX, by independent observations; 0 at chance or below.
+
+    share = F(d'/sqrt 2) F(d'/2) + F(-d'/sqrt 2) F(-d'/2), F the normal distribution (Macmillan, Creelman, ch. 9).
+    """
+    if share <= 0.5:
+        return 0.0
+    if share >= 1:
+        return float("inf")
+    return float(optimize.brentq(lambda d: abx_share(d) - share, 0, 40))
+
+
+def abx_share(d_prime: float) -> float:
+    """Return the share correct in ABX of an observer with that d'; the inverse of `d_prime_abx`."""
+    f = special.ndtr
+    a, b = d_prime / np.sqrt(2), d_prime / 2
+    return float(f(a) * f(b) + f(-a) * f(-b))
+
+
+def corrected(count: int, n: int) -> float:
+    """Return (count + 1/2) / (n + 1): a share that is never 0 or 1 (M. J. Hautus, Behav. Res. Methods 27, 1995)."""
+    return (count + 0.5) / (n + 1)
+
+
+def share_equivalence(count: int, n: int, *, margin: float) -> float:
+    """Return the p that a share of independent answers lies within 0.5 ± ``margin``, by exact binomial tests."""
+    from statsmodels.stats.proportion import binom_tost
+
+    _check_share(margin)
+    return float(binom_tost(count, n, 0.5 - margin, 0.5 + margin)[0])
+
+
+def share_equivalence_power(n: int, *, margin: float, alpha: float = 0.05) -> float:
+    """Return how often `share_equivalence` shows that a share of one half lies within the margin.
+
+    0 where no count of n can show it: the two rejection regions do not meet, for which statsmodels'
+    ``power_binom_tost`` returns numbers below 0.
+    """
+    from statsmodels.stats.proportion import binom_tost_reject_interval
+
+    _check_share(margin)
+    low, high = (int(end) for end in binom_tost_reject_interval(0.5 - margin, 0.5 + margin, n, alpha))
+    if low > high:
+        return 0.0
+    return float(stats.binom.cdf(high, n, 0.5) - stats.binom.cdf(low - 1, n, 0.5))
+
+
+def _check_share(margin: float) -> None:
+    if not 0 < margin < 0.5:
+        raise ParameterError(
+            f"margin of a share must be > 0 and less than 0.5 (0.1 means ten points of a hundred), got {margin:g}"
+        )
 
 
 @dataclass(frozen=True)
@@ -108,6 +219,7 @@ def mixed_difference(
     would be of these participants only. ``second`` is true for answers of the condition from which the other is
     subtracted; all arguments have length (answer,).
     """
+    import pandas as pd
     from statsmodels.regression.mixed_linear_model import MixedLM
 
     table = pd.DataFrame(

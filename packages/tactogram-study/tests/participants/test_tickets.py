@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from tactogram_study.participants.secret_files import write_secret
+from tactogram_study.participants.tickets import write_secret
 
 
 def test_a_secret_is_its_owner_s_and_the_first_one_stays_unless_it_is_to_go(tmp_path):

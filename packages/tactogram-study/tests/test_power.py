@@ -1,20 +1,25 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
 from tactogram.statistics.comparison import paired_equivalence
+from tactogram_study import power
 from tactogram_study.designs.analysis import pairwise as power_preferences
 from tactogram_study.designs.analysis.pairwise import simulated_preferences
 from tactogram_study.designs.catalogue import power_tables
-from tactogram_study.power import table as power
-from tactogram_study.power.methods import clustered_ps, within_ps
-from tactogram_study.power.table import power_table as table_of_design
-from tactogram_study.statistics.clustered import pooled_share
+from tactogram_study.planned import PowerAssumptions
+from tactogram_study.power import clustered_ps, power_table as table_of_design, within_ps
+from tactogram_study.statistics import pooled_share
 
 
 def power_table(name, **options):
     """Return the power table of this name, whichever design it is of."""
-    return table_of_design(power_tables()[name], name, **options)
+    design = power_tables()[name]
+    fields = PowerAssumptions.__dataclass_fields__
+    assumed = replace(design.power[name], **{key: options.pop(key) for key in fields if key in options})
+    return table_of_design(name, assumed, design.power_method(assumed.kind), **options)
 
 
 def test_many_studies_at_once_give_the_p_of_each():

@@ -4,17 +4,15 @@ from scipy import special, stats
 
 from tactogram.errors import ParameterError
 from tactogram.statistics.comparison import paired_equivalence, pseudomedian, signed_rank_p
-from tactogram_study.statistics.clustered import (
-    bootstrap_by_participant,
-    mixed_difference,
-    pooled_share,
-)
-from tactogram_study.statistics.shares import (
+from tactogram_study.statistics import (
     abx_share,
+    bootstrap_by_participant,
     corrected,
     d_prime_2afc,
     d_prime_abx,
     exact_ps,
+    mixed_difference,
+    pooled_share,
     share_equivalence,
     share_equivalence_power,
     share_of,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_study.orders import Rule, balanced_sides, generator, latin_square, ordered, williams_square
+from tactogram_study.trials import Rule, balanced_sides, generator, latin_square, ordered, williams_square
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 8])

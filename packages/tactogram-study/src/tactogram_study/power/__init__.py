@@ -1,1 +1,0 @@
-"""Power of a study before it is run, by simulated participants."""

@@ -1,1 +1,0 @@
-"""Tests and intervals of studies alone; those that evaluation has, too, are in `tactogram.statistics`."""
