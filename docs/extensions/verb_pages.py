@@ -29,7 +29,6 @@ GUIDES = {
     "studio": ("studio", "studio-data", "touch", "server-safety"),
     "benchmarking": ("benchmark", "benchmark-results"),
     "reproducing": ("results",),
-    "serving": ("studies",),
 }
 """Pages that explain the verbs of each module of the command line."""
 WIDTH = 84

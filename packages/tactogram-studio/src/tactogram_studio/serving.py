@@ -1,0 +1,178 @@
+"""The servers that the command line starts: the studio, and a single study."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
+
+from tactogram.cli.printing import Printer, lines_of
+from tactogram.parameters import Settings, checked
+
+if TYPE_CHECKING:
+    from tactogram_studio.application import ServerAnnouncement
+    from tactogram_studio.server.listening import ListeningPort
+
+
+@checked
+def studio(
+    *,
+    folder: str = ".",
+    port: int = 8123,
+    host: str = "127.0.0.1",
+    https: bool = False,
+    certificate: str | None = None,
+    key: str | None = None,
+    no_open: bool = False,
+    show: Printer,
+) -> None:
+    """Open the studio in the browser: generate, touch, train, send, and run studies.
+
+    Parameters
+    ----------
+    folder : str
+        The workspace: folder of runs, data and studies; default the current one.
+    port : int
+        Port; 0 takes a free one.
+    host : str
+        Address to listen on, 0.0.0.0 for all; beyond this machine a token is drawn and printed.
+    https : bool
+        Encrypt with a certificate that is created and kept in the workspace; tablets need it for audio, camera and
+        clipboard.
+    certificate : str, optional
+        Encrypt with a certificate of your own (a PEM file).
+    key : str, optional
+        The certificate's key (a PEM file); default in the same file.
+    no_open : bool
+        Do not open a browser.
+
+    Raises
+    ------
+    DeviceError
+        If the port is taken, or the host is not an address of this machine.
+    DataError
+        If a certificate cannot be used or created.
+    """
+    with _bound_port(port, host, https=https, certificate=certificate, key=key) as listening:
+        from tactogram_studio.application import serve
+        from tactogram_studio.context import Studio
+
+        def ready(server: ServerAnnouncement) -> None:
+            facts = {"studio": server.address, "certificate, SHA-256": server.certificate_sha256}
+            code = "" if listening.loopback else shown_qr_code(server.address)
+            show(facts, lines_of(facts) + code)
+            sys.stdout.flush()
+            sys.stderr.write("Ctrl-C ends it\n")
+
+        serve(Studio.at(folder), listening, open_browser=not no_open, ready=ready)
+
+
+@checked
+def run_study(
+    study: str,
+    *,
+    out: str | None = None,
+    device: str = "audio",
+    full_scale: float | None = None,
+    track: Settings | None = None,
+    participants: tuple[str, ...] | None = None,
+    changes: Settings | None = None,
+    port: int = 8123,
+    host: str = "127.0.0.1",
+    https: bool = False,
+    certificate: str | None = None,
+    key: str | None = None,
+    no_open: bool = False,
+    show: Printer,
+) -> None:
+    """Serve a study to participants and its progress to the experimenter; run again to continue.
+
+    Parameters
+    ----------
+    study : str
+        A study: a TOML file, or one of `study list`; or the folder of a session to continue.
+    out : str, optional
+        Folder of the session; created, or continued.
+    device : str
+        Device for played_by = 'server' or 'stream': audio, audio:NAME or null; for 'stream' also digilent or
+        osc:HOST:PORT.
+    full_scale : float, optional
+        The device's full scale, in the unit of the display's drive.
+    track : dict, optional
+        Keep a Digilent's carrier at the transducer's resonance, as of `stream`.
+    participants : tuple of str, optional
+        Codes to enrol beforehand; otherwise people get one as they join.
+    changes : dict, optional
+        Change a value of the study.
+    port, host, https, certificate, key, no_open
+        As of `studio`.
+
+    Raises
+    ------
+    TactogramError
+        If the study, its folder, a code, the port or the certificate cannot be used.
+    """
+    from pathlib import Path
+
+    from tactogram_study.study_file import Study
+    from tactogram_study.workflows.stimuli import limited_lines
+
+    def ready(facts: dict[str, Any]) -> None:
+        addresses = {
+            "experimenter": facts["experimenter"],
+            "participants": facts["join"],
+            **{f"participant {code}": address for code, address in facts["codes"].items()},
+            "participants, by another": facts["addresses"],
+            "certificate, SHA-256": facts["certificate_sha256"],
+        }
+        show(facts, lines_of(addresses) + ("" if listening.loopback else shown_qr_code(facts["join"])))
+        show.notes(limited_lines(facts["limited"]))
+        sys.stdout.flush()
+        sys.stderr.write("Ctrl-C ends it; run again to continue\n")
+
+    if not Path(study).is_dir():
+        Study.load(study, changes=changes)  # a wrong name is reported before a port in use
+
+    with _bound_port(port, host, https=https, certificate=certificate, key=key) as listening:
+        from tactogram_studio import study_server
+
+        study_server.run_study(
+            study,
+            out,
+            listening,
+            changes=changes or {},
+            codes=participants or (),
+            open_browser=not no_open,
+            device=device,
+            full_scale=full_scale,
+            track=track,
+            ready=ready,
+        )
+    sys.stderr.write("tactogram: the study's server ended; all answers are stored\n")
+
+
+def _bound_port(
+    port: int, host: str, *, https: bool, certificate: str | None, key: str | None
+) -> AbstractContextManager[ListeningPort]:
+    """Return the requested port, bound until the end of the ``with``."""
+    from tactogram.extras import imported
+
+    imported("nicegui", extra="studio", what="the studio")
+    from tactogram_studio.server.listening import open_port
+
+    return open_port(host, port, https=https, certificate=certificate, key=key)
+
+
+def shown_qr_code(address: str) -> str:
+    """Return a QR code to append to the printed text; empty off a terminal, or if it does not fit."""
+    from tactogram_studio.server.qr_code import terminal_qr_code
+
+    if not sys.stdout.isatty():
+        return ""
+    code = terminal_qr_code(address, shutil.get_terminal_size().columns)
+    try:
+        code.encode(sys.stdout.encoding)
+    except UnicodeEncodeError:
+        return ""
+    return f"\n{code}" if code else ""
