@@ -166,7 +166,7 @@ def _bound_port(
 
 def shown_qr_code(address: str) -> str:
     """Return a QR code to append to the printed text; empty off a terminal, or if it does not fit."""
-    from tactogram_studio.server.qr_code import terminal_qr_code
+    from tactogram_studio.server.listening import terminal_qr_code
 
     if not sys.stdout.isatty():
         return ""

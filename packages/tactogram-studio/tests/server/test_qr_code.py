@@ -5,7 +5,7 @@ from urllib.parse import unquote
 
 import pytest
 
-from tactogram_studio.server.qr_code import svg_qr_code, terminal_qr_code
+from tactogram_studio.server.listening import svg_qr_code, terminal_qr_code
 from tactogram_studio.serving import shown_qr_code
 
 segno = pytest.importorskip("segno")

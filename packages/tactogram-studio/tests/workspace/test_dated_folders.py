@@ -2,7 +2,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from tactogram_studio.workspace.dated_folders import DatedFolders
+from tactogram_studio.workspace.folder import DatedFolders
 
 
 def written(text):

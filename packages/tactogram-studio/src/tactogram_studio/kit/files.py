@@ -1,14 +1,26 @@
-"""Files that a browser sends: a field to drop one on, or a button that opens one."""
+"""Files and folders that a browser sends, and the choice of a signal of the workspace."""
 
 from __future__ import annotations
 
 import html
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import cache
 from typing import Any
+from urllib.parse import unquote, urlencode
 
-from nicegui import ui
+from fastapi import HTTPException, Request
+from fastapi.responses import JSONResponse
+from nicegui import app, ui
+from starlette.datastructures import UploadFile
 
-from tactogram_studio.kit.cards import attribute
+from tactogram.errors import TactogramError
+from tactogram_studio.kit.cards import attribute, hint
+from tactogram_studio.layout import in_background
+from tactogram_studio.server.guard_rules import RECEIVED
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
+from tactogram_studio.workspace.shelf import SignalSources
 
 CHOOSER = """<div class="chooser">
 <span>{text}</span>
@@ -18,6 +30,17 @@ CHOOSER = """<div class="chooser">
 """Replaces the button of Quasar's uploader, which is a link around an input, without an accessible name."""
 Take = Callable[[str, bytes], Awaitable[Any]]
 """What is done with a file, by its name and content."""
+KINDS = {
+    "kept": ("Kept result", "No kept results yet: generate one on the page Make and keep it."),
+    "file": ("File", "No signal files in this workspace."),
+    "recording": ("Store", "No store in this workspace yet."),
+}
+"""Label and text of an empty list, by kind of signal."""
+RECEIVING_HEAD = (
+    '<link rel="stylesheet" href="/static/receive.css">'
+    '<script type="module" src="/static/receive.js"></script>'
+)
+FOLDER_INPUT = '<input type="file" hidden data-receive-input="{0}" {1}>'
 
 
 def file_field(
@@ -55,3 +78,93 @@ def _upload(take: Take, refused: str, most_mib: int | None) -> ui.upload:
     most = None if most_mib is None else most_mib * 2**20
     field = ui.upload(auto_upload=True, on_upload=taken, max_file_size=most)
     return field.on("rejected", lambda: ui.notify(refused or "This file cannot be used.", type="negative"))
+
+
+def signal_choice(sources: SignalSources, kind: str, take: Callable[[str], Any], *, last: str = "") -> None:
+    """Draw the choice of a signal of a kind, or of its store and then the recording.
+
+    ``take`` is called with the id of the signal (see `SignalSources.select`); ``last`` is the id that was chosen last.
+    """
+    label, empty = KINDS[kind]
+    if kind != "recording":
+        option_choice(
+            sources.kept() if kind == "kept" else sources.files(), label, take, empty=empty, last=last
+        )
+        return
+
+    def recordings(store: str) -> None:
+        place.clear()
+        with place:
+            option_choice(
+                sources.recordings(store), "Recording", take, empty="This store is empty.", last=last
+            )
+
+    stores = sources.stores()
+    first = last.removeprefix("recording:").partition("#")[0]
+    first = first if first in stores else next(iter(stores), "")
+    option_choice(stores, label, recordings, empty=empty, last=first)
+    place = ui.column().classes("w-full")
+    if first:
+        recordings(first)
+
+
+def option_choice(
+    options: Mapping[str, str], label: str, take: Callable[[str], Any], *, empty: str = "", last: str = ""
+) -> ui.select | None:
+    """Draw a choice that calls ``take`` with each value; a text if there is none."""
+    if not options:
+        ui.label(empty).classes("quiet")
+        return None
+    value = last if last in options else None
+    select = ui.select(dict(options), label=label, value=value, with_input=len(options) > 12)
+    select.on_value_change(lambda event: take(event.value) if event.value else None)
+    return select.props("dense options-dense").classes("w-full")
+
+
+@cache
+def add_receiving_route(workspace: Workspace) -> None:
+    """Register the route that takes the files, once."""
+
+    @app.post(RECEIVED)
+    async def receive(request: Request) -> JSONResponse:
+        try:
+            async with request.form(max_files=MOST_FILES, max_fields=0) as form:
+                sent = [each for each in form.getlist("file") if isinstance(each, UploadFile)]
+                files = [(unquote(each.filename or ""), each.file) for each in sent]
+                folder = await in_background(ReceivedFolders(workspace).keep, files)
+        except (TactogramError, OSError) as error:
+            return JSONResponse({"problem": str(error)}, 422)
+        except HTTPException as error:  # Starlette's, of a form that is none
+            return JSONResponse({"problem": str(error.detail)}, 422)
+        return JSONResponse({"page": import_address(workspace.name_of(folder))})
+
+
+def import_address(folder: str) -> str:
+    """Return the address of the page that imports a folder of the workspace."""
+    return f"/materials/import?{urlencode({'folder': folder})}"
+
+
+@contextmanager
+def drop_zone(*, whole_page: bool = False) -> Iterator[None]:
+    """Draw a place that takes folders and zips, on a page with `RECEIVING_HEAD`.
+
+    What is drawn in the context belongs to it. Of a ``whole_page`` it is seen only when something is dragged over it.
+    """
+    with ui.element("div").classes("receive bare" if whole_page else "receive") as zone:
+        zone.props(f'data-receive="{RECEIVED}" data-most-files="{MOST_FILES}" data-most-bytes="{MOST_SENT}"')
+        yield
+
+
+def folder_chooser() -> None:
+    """Draw the buttons that open a folder or a zip, and the progress, within a drop zone."""
+    with ui.row().classes("items-center gap-3"):
+        for kind, text in (("folder", "Choose a folder"), ("zip", "Choose a zip file")):
+            ui.button(text).props(f'outline data-receive-choose="{kind}"')
+        for kind, more in (("folder", "webkitdirectory multiple"), ("zip", 'accept=".zip"')):
+            ui.html(FOLDER_INPUT.format(kind, more), sanitize=False)
+    receiving_status()
+
+
+def receiving_status(text: str = "") -> None:
+    """Draw the place of progress and refusals within a drop zone, with a text until then."""
+    hint(text).props('data-receive-status role="status"')

@@ -7,7 +7,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from tactogram.cli import main
-from tactogram_studio.server.qr_code import svg_qr_code
+from tactogram_studio.server.listening import svg_qr_code
 from tactogram_study.session.store import SessionStore
 
 LISTENING = ("--host", "0.0.0.0", "--port", "0", "--https", "--no-open")

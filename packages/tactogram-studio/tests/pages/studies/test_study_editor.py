@@ -19,8 +19,7 @@ from tactogram_studio.pages.studies.editor.stimuli import (
 )
 from tactogram_studio.pages.studies.editor.widgets import lines_of, table_of
 from tactogram_studio.workspace.folder import Workspace
-from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram_studio.workspace.sources import SignalSources
+from tactogram_studio.workspace.shelf import ResultArchive, SignalSources
 from tactogram_study.designs import designs
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.workflows.studies import check_study

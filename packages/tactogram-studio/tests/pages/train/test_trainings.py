@@ -16,9 +16,9 @@ from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
 from tactogram_studio.pages.train.run_summary import run_summary, state_of
-from tactogram_studio.tasks import detached
-from tactogram_studio.tasks.detached import DetachedProcess, start
+from tactogram_studio.tasks import log as tasks_log
 from tactogram_studio.tasks.log import (
+    DetachedProcess,
     TaskProgress,
     checkpoint_position,
     duration_text,
@@ -27,6 +27,7 @@ from tactogram_studio.tasks.log import (
     progress_of,
     read_metrics,
     reports_stop,
+    start,
     thinned,
     time_left,
 )
@@ -52,10 +53,10 @@ def record(about, **values):
 
 @pytest.fixture(scope="module")
 def trainings(workspace, until):
-    nice, detached.NICE = detached.NICE, 0  # nothing else has to stay responsive
+    nice, tasks_log.NICE = tasks_log.NICE, 0  # nothing else has to stay responsive
     queue = TaskQueue(Workspace.at(workspace), max_running=1)
     yield queue
-    detached.NICE = nice
+    tasks_log.NICE = nice
     for task in queue.all():
         if task.process is not None:
             task.process.kill()
@@ -123,7 +124,7 @@ def test_a_process_with_a_reused_number_is_another_one(trainings, tmp_path, unti
     lasting = tmp_path / "python"
     lasting.write_text("#!/bin/sh\nexec sleep 600\n")
     lasting.chmod(0o755)
-    monkeypatch.setattr(detached.sys, "executable", str(lasting))
+    monkeypatch.setattr(tasks_log.sys, "executable", str(lasting))
     process = start(["devices"], folder=tmp_path, log=tmp_path / "log")
     later = DetachedProcess(os.getpid(), process.created - 1000)  # the number was reused
     assert DetachedProcess(os.getpid(), time.time() + 5).alive() is False

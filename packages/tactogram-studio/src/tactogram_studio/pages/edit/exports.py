@@ -25,7 +25,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import write_text
 from tactogram.text_files import read_json, read_text
 from tactogram_studio.effects.effect import Effect, effect_from_json, mixed
-from tactogram_studio.workspace.dated_folders import DatedFolders
+from tactogram_studio.workspace.folder import DatedFolders
 from tactogram_studio.workspace.uploads import check_upload
 
 FACTS, EFFECT_FILE = "facts.json", "effect.json"

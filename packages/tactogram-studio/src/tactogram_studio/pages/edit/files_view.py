@@ -14,7 +14,7 @@ from tactogram_studio.effects.effect import Effect, signal_of
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
 from tactogram_studio.pages.edit.feel import feel_path
 from tactogram_studio.pages.edit.sources_view import EFFECT
-from tactogram_studio.server.qr_code import svg_qr_code
+from tactogram_studio.server.listening import svg_qr_code
 from tactogram_studio.signals.view import SignalEntry, signal_cards
 from tactogram_study.participants.tickets import SessionKeys
 

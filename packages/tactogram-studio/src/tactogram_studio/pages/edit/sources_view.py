@@ -14,7 +14,7 @@ from tactogram_studio.context import Studio
 from tactogram_studio.effects.effect import Track, effect_from_json, track_of, track_of_signal
 from tactogram_studio.effects.library import ready_effects
 from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
-from tactogram_studio.workspace.sources import SignalSources
+from tactogram_studio.workspace.shelf import SignalSources
 
 MOST_MIB = 32
 EFFECT = "effect"

@@ -8,10 +8,10 @@ from nicegui import ui
 
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.kit.starter import draw_progress
+from tactogram_studio.kit.files import RECEIVING_HEAD, drop_zone, receiving_status
+from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.layout import PAGES
 from tactogram_studio.pages.home.first_touch import draw_first_touch
-from tactogram_studio.pages.materials import receiving
 
 DESCRIPTIONS = {
     "Make": "Generate touch signals from materials, photographs or words; view, play and compare them.",
@@ -37,8 +37,8 @@ def add(studio: Studio) -> None:
         def summary() -> None:
             _draw_summary(studio)
 
-        ui.add_head_html(receiving.HEAD)
-        with kit.page("Studio"), receiving.drop_zone(whole_page=True):
+        ui.add_head_html(RECEIVING_HEAD)
+        with kit.page("Studio"), drop_zone(whole_page=True):
             draw_first_touch(studio)
             if studio.starter.state != "ready" and not studio.workspace.finished_runs():
                 draw_progress(studio.starter, ready=summary.refresh)
@@ -48,7 +48,7 @@ def add(studio: Studio) -> None:
                         ui.link(name, address).classes("h2 whole-link")
                         ui.label(DESCRIPTIONS[name]).classes("quiet")
             summary()
-            receiving.draw_status(
+            receiving_status(
                 "Drop a folder or a zip of recordings anywhere on this page to import it, or a photograph to draw it."
             )
 

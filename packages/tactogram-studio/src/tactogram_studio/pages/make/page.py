@@ -15,7 +15,7 @@ from nicegui import app, ui
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.kit.starter import draw_progress
+from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.make.form import GenerationRequest
 from tactogram_studio.pages.make.form_view import draw_form
 from tactogram_studio.pages.make.results_view import draw_results

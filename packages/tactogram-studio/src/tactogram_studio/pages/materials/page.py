@@ -11,10 +11,10 @@ from tactogram.errors import TactogramError
 from tactogram.workflows import list_sets
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.kit.files import RECEIVING_HEAD, drop_zone, folder_chooser
 from tactogram_studio.kit.tasks import TaskCards, TaskStart
-from tactogram_studio.pages.materials import drop, import_page, receiving, store
+from tactogram_studio.pages.materials import drop, import_page, store
 from tactogram_studio.pages.materials.media import HEAD, add_routes, address
-from tactogram_studio.pages.materials.receiving import draw_chooser, drop_zone
 from tactogram_studio.pages.materials.recordings import open_named
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
@@ -34,7 +34,7 @@ def add(studio: Studio) -> None:
 
     @kit.route("/materials")
     async def show() -> None:
-        ui.add_head_html(HEAD + receiving.HEAD)
+        ui.add_head_html(HEAD + RECEIVING_HEAD)
         with kit.page("Materials"):
             with kit.card(), ui.row().classes("items-center justify-between w-full"):
                 ui.label("Upload a recording to see which materials it resembles, and add it to a store.")
@@ -90,7 +90,7 @@ def _draw_import() -> None:
             "Drop a folder with a folder for each material, or a zip of it: the studio shows how every file would be "
             "read before it imports them."
         )
-        draw_chooser()
+        folder_chooser()
         text = "Import from a folder of the workspace, or a published data set"
         ui.link(text, "/materials/import").classes("small")
 

@@ -11,7 +11,7 @@ from tactogram.errors import TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.pages.send.sending import SendResult, SendService
-from tactogram_studio.workspace.sources import SelectedSignal
+from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 class RequestCards:

@@ -16,7 +16,7 @@ from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.pages.send.device import DeviceCard, Speaker
 from tactogram_studio.pages.send.sending import DriveRequest, SendService
 from tactogram_studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text, warnings_of
-from tactogram_studio.workspace.sources import SelectedSignal
+from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 @lru_cache(maxsize=64)

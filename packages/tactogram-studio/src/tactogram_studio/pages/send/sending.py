@@ -20,10 +20,8 @@ from tactogram.text_files import displayable, read_json
 from tactogram.workflows import check, convert, render
 from tactogram_studio.pages.send.losses import zip_files
 from tactogram_studio.workspace.commands import arguments, command_line
-from tactogram_studio.workspace.dated_folders import DatedFolders
-from tactogram_studio.workspace.folder import Workspace
-from tactogram_studio.workspace.shelf import ResultArchive
-from tactogram_studio.workspace.sources import SelectedSignal, SignalSources
+from tactogram_studio.workspace.folder import DatedFolders, Workspace
+from tactogram_studio.workspace.shelf import ResultArchive, SelectedSignal, SignalSources
 
 MOST_RESULTS = 40
 """Older results are deleted."""

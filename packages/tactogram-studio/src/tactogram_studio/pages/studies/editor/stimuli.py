@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.signal.io import read_metadata, write_signal
 from tactogram_studio.pages.studies.editor.draft import StudyDraft
 from tactogram_studio.workspace.folder import Workspace
-from tactogram_studio.workspace.sources import SelectedSignal
+from tactogram_studio.workspace.shelf import SelectedSignal
 from tactogram_studio.workspace.uploads import safe_name
 from tactogram_study.stimuli import PICTURES, SIGNALS, StimulusGrid
 from tactogram_study.study_file import Study

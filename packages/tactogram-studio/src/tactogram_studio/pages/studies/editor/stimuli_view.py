@@ -38,7 +38,7 @@ from tactogram_studio.pages.studies.editor.widgets import (
     row_of_list,
     without,
 )
-from tactogram_studio.workspace.sources import SignalSources
+from tactogram_studio.workspace.shelf import SignalSources
 from tactogram_studio.workspace.uploads import SUFFIXES
 from tactogram_study.stimuli import Given, Stimulus, StimulusGrid
 
