@@ -6,8 +6,7 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import haptic_formats, read_haptic
 from tactogram_studio.effects import Effect, Track, ready_effects
-from tactogram_studio.pages.edit.exports import WrittenFiles
-from tactogram_studio.pages.edit.feel import feel_path, file_by_ticket
+from tactogram_studio.pages.edit.exports import WrittenFiles, feel_path, file_by_ticket
 from tactogram_study.participants.tickets import SessionKeys
 
 KEYS = SessionKeys("j" * 16, bytes(32))

@@ -6,15 +6,14 @@ from tactogram.errors import DataError, ParameterError
 from tactogram_capture.live.recognition import Classification, WindowClassification
 from tactogram_capture.session.console import CaptureStatus
 from tactogram_capture.workflows.session import capture
-from tactogram_studio.pages.live.choices import (
+from tactogram_studio.pages.live.form import (
     confine_address,
     plan_choices,
     session_state,
     source_choices,
     without_materials,
 )
-from tactogram_studio.pages.live.console import PageConsole, PageMetronome
-from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
+from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner, PageConsole, PageMetronome
 from tactogram_studio.pages.live.traces import Traces
 from tactogram_studio.workspace.folder import Workspace
 

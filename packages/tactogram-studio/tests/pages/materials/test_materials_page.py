@@ -4,11 +4,10 @@ import pytest
 from tactogram.datasets import Recording, RecordingInfo, create_store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_signal, write_image, write_signal
+from tactogram.signal.io import write_image, write_signal
 from tactogram.workflows.data.stores import add_signal
 from tactogram.workflows.recognition.spectral_search import band_centres, find_similar, spectrum
 from tactogram_studio.pages.materials.drop import (
-    in_words_of_the_page,
     matching_stream,
     mixing_warning,
     store_signal,
@@ -134,23 +133,6 @@ def test_an_addition_is_reported(tones, tmp_path):
     info = store.info(report["id"])
     assert (info.contactor, info.force_n, store.image(info.id).size) == ("pen", 0.5, (8, 8))
     assert add_signal(tones.path, tmp_path / "a.csv", **known)["added"] is False
-
-
-@pytest.mark.parametrize(
-    ("columns", "remedy"),
-    [
-        (
-            {"first": np.eye(2, 9), "second": np.eye(2, 9)},
-            "which array? choose of first, second, e.g. Axes or columns: first",
-        ),
-        ({"samples": np.ones(9)}, "give the rate in Hz, e.g. Rate, Hz: 1000"),
-    ],
-)
-def test_an_error_of_reading_names_what_the_page_offers(columns, remedy, tmp_path):
-    np.savez(tmp_path / "a.npz", **columns)
-    with pytest.raises(DataError) as refused:
-        read_signal(tmp_path / "a.npz")
-    assert remedy in in_words_of_the_page(str(refused.value))
 
 
 def test_a_file_that_cannot_be_read_replaces_the_analysis_of_the_one_before(tab, tmp_path):

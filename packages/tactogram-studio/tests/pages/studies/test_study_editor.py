@@ -6,8 +6,7 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_metadata
-from tactogram_studio.pages.studies.editor.check import check_draft
-from tactogram_studio.pages.studies.editor.draft import StudyDraft, copy_study, free_name
+from tactogram_studio.pages.studies.editor.draft import StudyDraft, check_draft, copy_study, free_name
 from tactogram_studio.pages.studies.editor.fields import fields_of, text_default
 from tactogram_studio.pages.studies.editor.stimuli import (
     listed,

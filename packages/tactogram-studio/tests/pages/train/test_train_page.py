@@ -9,7 +9,7 @@ from tactogram.errors import ParameterError
 from tactogram.models import available, find
 from tactogram.recipe import parse_changes
 from tactogram_studio.pages.train.compare import loss_by_run, loss_options
-from tactogram_studio.pages.train.request import RunRequest, describe_model
+from tactogram_studio.pages.train.form import RunRequest, describe_model
 from tactogram_studio.tasks.log import checkpoint_position, read_metrics
 from tactogram_studio.tasks.queue import TaskQueue
 from tactogram_studio.workspace.folder import Workspace

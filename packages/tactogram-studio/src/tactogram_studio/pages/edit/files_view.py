@@ -11,9 +11,7 @@ from tactogram.rendering import haptic_format, haptic_formats
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.effects.effect import Effect, signal_of
-from tactogram_studio.pages.edit.exports import WrittenFile, WrittenFiles
-from tactogram_studio.pages.edit.feel import feel_path
-from tactogram_studio.pages.edit.sources_view import EFFECT
+from tactogram_studio.pages.edit.exports import EFFECT, WrittenFile, WrittenFiles, feel_path
 from tactogram_studio.server.listening import svg_qr_code
 from tactogram_studio.signals.view import SignalEntry, signal_cards
 from tactogram_study.participants.tickets import SessionKeys

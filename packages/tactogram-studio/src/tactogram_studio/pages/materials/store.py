@@ -14,8 +14,7 @@ from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
-from tactogram_studio.pages.materials.media import HEAD, address, draw_recording, picture
-from tactogram_studio.pages.materials.neighbours import draw_similar
+from tactogram_studio.pages.materials.media import HEAD, address, draw_recording, draw_similar, picture
 from tactogram_studio.pages.materials.recordings import (
     FIELDS,
     NAMES,

@@ -56,7 +56,7 @@ def add(studio: Studio) -> None:
 def _result_file(service: SendService, identifier: str, name: str) -> Path:
     result = service.get(identifier)
     files = result.facts.get("files", {}).values()
-    names = {facts["file"] for facts in files if "file" in facts} | {result.facts.get("zip")}
+    names = {facts["file"] for facts in files if "file" in facts}
     if name in names or (name in ("drive.report.json", "drive.report.png") and "report" in result.facts):
         return result.folder / name
     suffix = f".{name.removeprefix('drive.')}" if name.startswith("drive.") else name

@@ -18,7 +18,6 @@ from tactogram.recipe import parse_changes
 from tactogram.rendering import file_name, haptic_formats, shipped
 from tactogram.text_files import displayable, read_json
 from tactogram.workflows import check, convert, render
-from tactogram_studio.pages.send.losses import zip_files
 from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.folder import DatedFolders, Workspace
 from tactogram_studio.workspace.shelf import ResultArchive, SelectedSignal, SignalSources
@@ -26,7 +25,7 @@ from tactogram_studio.workspace.shelf import ResultArchive, SelectedSignal, Sign
 MOST_RESULTS = 40
 """Older results are deleted."""
 DRIVE_SUFFIXES = (".wav", ".csv", ".npz")
-REQUEST, FACTS, ZIP = "order.json", "found.json", "all-formats.zip"
+REQUEST, FACTS = "order.json", "found.json"
 
 
 @dataclass(frozen=True)
@@ -165,9 +164,7 @@ class SendService:
                     files[name] = {"refused": str(error)}
                 else:
                     files[name] = {"file": path.name, "written": facts["written"], "problems": problems}
-            if not request.format:
-                zip_files(folder, ZIP, files, simulated=selected.simulated)
-            return {"files": files, "zip": None if request.format else ZIP}
+            return {"files": files}
 
         commands = [self._convert_command(request, selected, name, file_name(stem, name)) for name in names]
         return self._made(request, selected, make, commands)

@@ -12,11 +12,12 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from tactogram_studio.pages.studies.editor.draft import Place
 from tactogram_study.designs import Design, designs
 from tactogram_study.practice import Practice
 from tactogram_study.wording import Wording
 
+Place = tuple[str | int, ...]
+"""Keys of tables and indices of lists, from the top of the file."""
 Widget = Literal["line", "texts", "number", "integer", "switch", "choice", "numbers"]
 SIMPLE: Mapping[Any, Widget] = {
     Wording: "texts",

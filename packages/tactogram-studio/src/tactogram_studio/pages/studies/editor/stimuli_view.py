@@ -10,8 +10,7 @@ from nicegui import ui
 
 from tactogram.models import available, shipped_run
 from tactogram_studio import kit
-from tactogram_studio.pages.studies.editor.draft import Place
-from tactogram_studio.pages.studies.editor.fields import fields_of, numbers_of
+from tactogram_studio.pages.studies.editor.fields import Place, fields_of, numbers_of
 from tactogram_studio.pages.studies.editor.stimuli import (
     SOURCES,
     grid_conditions,
