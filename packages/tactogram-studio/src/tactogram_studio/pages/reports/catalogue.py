@@ -1,8 +1,7 @@
-"""Reports of a workspace, published figures next to ours, and experiments, as escaped HTML."""
+"""Reports of a workspace, published figures next to ours, and experiments."""
 
 from __future__ import annotations
 
-import html
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -28,6 +27,8 @@ NUMBERS = ("evaluation.json", "crossval.json", "analysis.json", "result.json", "
 TEXTS = ("analysis.txt",)
 MOST_BYTES = 50_000_000
 MOST_LISTED = 400
+MOST_ENTRIES = 30
+"""Of a list that is shown as a whole."""
 COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "python -m benchmarks"}
 """Folders of experiments, and the command that runs one."""
 
@@ -130,88 +131,46 @@ def matching(words: str, texts: Iterable[str]) -> bool:
     return all(word in whole for word in words.lower().split())
 
 
-COLUMNS = {
-    "Model": "text",
-    "Result": "text",
-    "Published": "",
-    "Ours": "",
-    "Difference": "",
-    "Seeds": "",
-    "Data and split": "text wide",
-    "Reason for the difference": "text wide",
-}
-"""Headings of the published figures, and the CSS class of each column."""
+def published_cells(rows: Sequence[Mapping[str, Any]], words: str = "") -> list[dict[str, str]]:
+    """Return the rows of `tactogram.workflows.results_table.table` with all ``words`` as texts by column."""
+    return [
+        _cells(row) | {"id": str(number)}
+        for number, row in enumerate(rows)
+        if matching(words, (str(value) for value in row.values()))
+    ]
 
 
-def published_html(rows: Sequence[Mapping[str, Any]], words: str = "") -> tuple[str, int]:
-    """Return the rows of `tactogram.workflows.results_table.table` with all ``words``, as a table, and their number."""
-    shown = [row for row in rows if matching(words, (str(value) for value in row.values()))]
-    head = "".join(f'<th scope="col" class="{kind}">{name}</th>' for name, kind in COLUMNS.items())
-    body = "".join(_published_row(row) for row in shown)
-    return (
-        '<div class="scrolled" tabindex="0" role="region" aria-label="Published and ours, table">'
-        '<table class="numbers published"><caption class="sr-only">Published figures next to ours</caption>'
-        f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>"
-    ), len(shown)
-
-
-def _published_row(row: Mapping[str, Any]) -> str:
-    text = {name: html.escape(str(row[name])) for name in ("model", "what", "where", "data", "split", "note")}
+def _cells(row: Mapping[str, Any]) -> dict[str, str]:
     published, ours, sd = row["published"], row["ours"], row["sd"]
-    badge = ' <span class="simulated">simulated</span>' if "simulated" in text["data"].lower() else ""
-    cells = (
-        text["model"],
-        text["what"],
-        _number(published) + _second_line(text["where"]),
-        _number(ours) + (f" ± {sd:g}" if ours is not None and sd is not None else ""),
-        "" if published is None or ours is None else f"{ours - published:+.3g}",
-        str(row["seeds"]) if ours is not None else "",
-        (text["data"] or "not measured") + badge + _second_line(text["split"]),
-        f'<span class="small">{text["note"]}</span>' if text["note"] else "",
-    )
-    kinds = COLUMNS.values()
-    return (
-        "<tr>"
-        + "".join(f'<td class="{k}">{cell}</td>' for k, cell in zip(kinds, cells, strict=True))
-        + "</tr>"
-    )
-
-
-def _second_line(text: str) -> str:
-    return f'<br><span class="quiet small">{text}</span>' if text else ""
+    known = published is not None and ours is not None
+    return {
+        "Model": row["model"],
+        "Result": row["what"],
+        "Published": f"{_number(published)}\n{row['where']}",
+        "Ours": _number(ours) + (f" ± {sd:g}" if ours is not None and sd is not None else ""),
+        "Difference": f"{ours - published:+.3g}" if known else "",
+        "Seeds": "" if ours is None else str(row["seeds"]),
+        "Data and split": f"{row['data'] or 'not measured'}\n{row['split']}",
+        "Reason for the difference": str(row["note"]),
+    }
 
 
 def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
 
 
-def numbers_html(values: Any) -> str:
-    """Return JSON values as nested tables of names and values."""
+def values_text(values: Any) -> str:
+    """Return JSON values as text for people: numbers of five digits, long lists shortened."""
+    return json.dumps(_shortened(values), ensure_ascii=False, indent=2)
+
+
+def _shortened(values: Any) -> Any:
     if isinstance(values, Mapping):
-        rows = "".join(
-            f'<tr><th scope="row" class="text">{html.escape(str(key)).replace("_", " ")}</th>'
-            f'<td class="text">{numbers_html(value)}</td></tr>'
-            for key, value in values.items()
-        )
-        return f'<table class="numbers">{rows}</table>'
+        return {name: _shortened(value) for name, value in values.items()}
     if isinstance(values, list):
-        if len(values) > 30:
-            shown = ", ".join(_plain(v) for v in values[:10])
-            return html.escape(f"{shown} … ({len(values)} in all)")
-        if all(not isinstance(v, Mapping | list) for v in values):
-            return html.escape(", ".join(_plain(v) for v in values))
-        return "".join(f"<div>{numbers_html(v)}</div>" for v in values)
-    return html.escape(_plain(values))
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.5g}"
-    if isinstance(value, Mapping | list):
-        return json.dumps(value, ensure_ascii=False)[:200]
-    return "none" if value is None else str(value)[:4000]
+        more = [f"… ({len(values)} in all)"] if len(values) > MOST_ENTRIES else []
+        return [_shortened(value) for value in (values[:10] if more else values)] + more
+    return float(f"{values:.5g}") if isinstance(values, float) else values
 
 
 @dataclass(frozen=True)

@@ -22,14 +22,25 @@ from tactogram_studio.pages.reports.catalogue import (
     in_scheme,
     marked_simulated,
     matching,
-    numbers_html,
-    published_html,
+    published_cells,
     read_result,
     readable_file,
     report_files,
+    values_text,
 )
 from tactogram_studio.server.guard import REPORT_POLICY
 
+COLUMNS = (
+    "Model",
+    "Result",
+    "Published",
+    "Ours",
+    "Difference",
+    "Seeds",
+    "Data and split",
+    "Reason for the difference",
+)
+"""Of the published figures."""
 TABS = {"reports": "Reports", "published": "Published and ours", "experiments": "Experiments"}
 
 
@@ -138,7 +149,7 @@ class ReportsPanel:
                 if file.kind == "text":
                     ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
                 else:
-                    ui.html(numbers_html(read_result(whole)), sanitize=False).classes("w-full scrolled")
+                    ui.label(values_text(read_result(whole))).classes("code")
             except (TactogramError, OSError) as error:
                 kit.alert(str(error))
 
@@ -159,14 +170,19 @@ class PublishedPanel:
             )
             self._words = ui.input("Search", placeholder="model, measure, data …").classes("w-80")
             self._words.props('clearable type="search" debounce="200"')
-            self._words.on_value_change(lambda _: self._table.refresh())
-            self._table()
+            self._words.on_value_change(self._show)
+            self._count = kit.hint("").props('role="status"')
+            columns = [
+                {"name": name, "label": name, "field": name, "align": "left", "sortable": True}
+                for name in COLUMNS
+            ]
+            self._table = ui.table(columns=columns, rows=[], row_key="id").classes("w-full published")
+            self._table.props("flat wrap-cells")
+        self._show()
 
-    @ui.refreshable_method
-    def _table(self) -> None:
-        text, count = published_html(self.rows, str(self._words.value or ""))
-        kit.hint(f"{count} of {len(self.rows)} figures").props('role="status"')
-        ui.html(text, sanitize=False).classes("w-full")
+    def _show(self) -> None:
+        self._table.rows = published_cells(self.rows, str(self._words.value or ""))
+        self._count.text = f"{len(self._table.rows)} of {len(self.rows)} figures"
 
 
 def _draw_experiments(studio: Studio) -> None:
@@ -205,6 +221,6 @@ def _draw_result(path: Path) -> None:
     def fill() -> None:  # only when opened: results can be long
         if expansion.value and not place.default_slot.children:
             with place:
-                ui.html(numbers_html(values), sanitize=False)
+                ui.label(values_text(values)).classes("code")
 
     expansion.on_value_change(fill)

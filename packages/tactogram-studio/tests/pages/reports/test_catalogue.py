@@ -13,10 +13,10 @@ from tactogram_studio.pages.reports.catalogue import (
     is_simulated,
     marked_simulated,
     matching,
-    numbers_html,
-    published_html,
+    published_cells,
     readable_file,
     report_files,
+    values_text,
 )
 from tactogram_studio.workspace.folder import Workspace
 
@@ -100,21 +100,23 @@ def test_a_folder_without_numbers_is_not_marked_as_simulated(tmp_path):
 
 def test_the_table_has_every_figure_with_data_and_difference():
     rows = table()
-    text, count = published_html(rows)
-    assert count == len(rows) == text.count("<tr>") - 1
-    row = {"model": "m<b>", "what": "error", "published": 0.5, "where": "Table 1", "ours": 0.75, "sd": 0.01}
+    assert len(published_cells(rows)) == len(rows)
+    row = {"model": "m", "what": "error", "published": 0.5, "where": "Table 1", "ours": 0.75, "sd": 0.01}
     row |= {"data": "made (simulated)", "split": "by item", "seeds": 3, "recipe": "", "note": "other data"}
-    text, _ = published_html([row])
-    for part in ("m&lt;b&gt;", "+0.25", "0.75 ± 0.01", "Table 1", 'class="simulated"', "by item", ">3<"):
-        assert part in text
-    assert "<b>" not in text
+    [cells] = published_cells([row])
+    assert (cells["Published"], cells["Ours"], cells["Difference"]) == (
+        "0.5\nTable 1",
+        "0.75 ± 0.01",
+        "+0.25",
+    )
+    assert (cells["Seeds"], cells["Data and split"]) == ("3", "made (simulated)\nby item")
 
 
 def test_a_search_matches_rows_with_all_words():
     rows = table()
-    _, both = published_html(rows, "stroke_cnn simulated")
-    _, one = published_html(rows, "stroke_cnn")
-    assert 0 < both < one < len(rows)
+    both = published_cells(rows, "stroke_cnn simulated")
+    one = published_cells(rows, "stroke_cnn")
+    assert 0 < len(both) < len(one) < len(rows)
     assert matching("a B", ["xA", "b"])
     assert not matching("a c", ["xA", "b"])
 
@@ -122,17 +124,19 @@ def test_a_search_matches_rows_with_all_words():
 def test_a_missing_figure_has_no_difference():
     row = dict.fromkeys(("where", "data", "split", "recipe", "note"), "")
     row |= {"model": "m", "what": "w", "published": None, "ours": 1.0, "sd": None, "seeds": 1}
-    text, _ = published_html([row])
-    assert "none" in text
-    assert "+" not in text
+    [cells] = published_cells([row])
+    assert (cells["Published"], cells["Difference"]) == ("none\n", "")
 
 
-def test_numbers_are_escaped_and_long_lists_cut():
-    text = numbers_html({"a<script>": [1.23456789, True, None], "long": list(range(100)), "in": {"x": "<i>"}})
-    assert "<script>" not in text
-    assert "<i>" not in text
-    assert "1.2346, yes, none" in text
-    assert "(100 in all)" in text
+def test_numbers_are_rounded_and_long_lists_cut():
+    values = json.loads(
+        values_text({"a": [1.23456789, True, None], "long": list(range(100)), "in": {"x": 1}})
+    )
+    assert values == {
+        "a": [1.2346, True, None],
+        "long": [*range(10), "… (100 in all)"],
+        "in": {"x": 1},
+    }
 
 
 def test_experiments_list_their_result_files(tmp_path):
