@@ -24,6 +24,7 @@ from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.workflows.training.train import train
 from tactogram_studio.context import Studio
+from tactogram_studio.pages.touch.page import parse_request
 from tactogram_studio.pages.touch.pictures import drawn_surface, picture_of
 from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources, texture_choices
 from tactogram_studio.pages.touch.tables import table_of_map, table_of_signal
@@ -246,9 +247,9 @@ def test_materials_kept_signals_and_files_are_offered(studio):
 
 
 def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sources):
-    laid = sources.table(TextureRequest("run", VOICES, "tile"))
+    laid = sources.table(TextureRequest(where="run", of=VOICES, material="tile"))
     assert (laid.head["kind"], laid.head["along"], laid.head["recorded_mm_s"]) == ("surface", "path", 100.0)
-    tabled = sources.table(TextureRequest("run", VOICES, "tile", lay="table"))
+    tabled = sources.table(TextureRequest(where="run", of=VOICES, material="tile", lay="table"))
     assert tabled.head["kind"] == "autoregressive"
     assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.15)
     assert laid.head["simulated"]
@@ -256,14 +257,21 @@ def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sourc
 
 
 def test_a_speed_that_was_not_recorded_is_limited_and_said(sources, studio):
-    tabled = sources.table(TextureRequest("run", VOICES, "tile", lay="table"))
+    tabled = sources.table(TextureRequest(where="run", of=VOICES, material="tile", lay="table"))
     assert tabled.head["notes"][0] == "recorded at 100 mm/s; a stroke of any other speed counts as that"
-    fast = sources.table(TextureRequest("run", VOICES, "tile", speed_mm_s=900.0, lay="path"))
+    fast = sources.table(
+        TextureRequest(where="run", of=VOICES, material="tile", speed_mm_s=900.0, lay="path")
+    )
     limit = "speed 900 mm/s is outside of what was recorded of tile: it counts as 100 mm/s"
     assert limit in fast.head["notes"]
-    assert limit not in sources.table(TextureRequest("run", VOICES, "tile", lay="path")).head["notes"]
+    assert (
+        limit
+        not in sources.table(TextureRequest(where="run", of=VOICES, material="tile", lay="path")).head[
+            "notes"
+        ]
+    )
     kept = studio.shelf.keep(ridges(), title="Fast", facts={"limited": [limit]})
-    assert sources.table(TextureRequest("kept", kept.id)).head["notes"] == [limit]
+    assert sources.table(TextureRequest(where="kept", of=kept.id)).head["notes"] == [limit]
     studio.shelf.remove(kept.id)
 
 
@@ -277,17 +285,17 @@ def test_a_run_of_texture_var_is_offered_laid_and_tabled(sources, workspace):
         split="all",
         out=workspace / "runs" / "var",
     ).folder.relative_to(workspace)
-    tabled = sources.table(TextureRequest("run", str(run), "tile", lay="table"))
-    laid = sources.table(TextureRequest("run", str(run), "tile"))
+    tabled = sources.table(TextureRequest(where="run", of=str(run), material="tile", lay="table"))
+    laid = sources.table(TextureRequest(where="run", of=str(run), material="tile"))
     assert (tabled.head["kind"], laid.head["kind"]) == ("noise", "surface")
     assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.25)
-    signal, speed = sources.signal(TextureRequest("run", str(run), "tile"))
+    signal, speed = sources.signal(TextureRequest(where="run", of=str(run), material="tile"))
     assert (signal.seconds, speed, signal.axes) == (6.0, 100.0, ("dft321",))
     assert signal.samples.std() == pytest.approx(laid.head["level"], rel=0.1)
 
 
 def test_a_table_is_made_once_and_anew_when_its_file_changes(sources, workspace):
-    asked = TextureRequest("file", "recordings/stroke.wav")
+    asked = TextureRequest(where="file", of="recordings/stroke.wav")
     first = sources.table(asked)
     assert sources.table(asked) is first
     louder = Signal(3 * np.sin(np.arange(6000) / 4)[None].astype(np.float32), 2000.0, "m/s^2")
@@ -300,7 +308,7 @@ def test_a_table_is_made_once_and_anew_when_its_file_changes(sources, workspace)
 
 def test_a_kept_result_is_felt_as_it_was_kept(sources, studio):
     made = next(made for made in studio.shelf.all() if not made.is_image)
-    table = sources.table(TextureRequest("kept", made.id, lay="x"))
+    table = sources.table(TextureRequest(where="kept", of=made.id, lay="x"))
     assert (table.head["name"], table.head["along"], table.head["simulated"]) == ("Kept ridges", "x", True)
 
 
@@ -318,37 +326,37 @@ def test_a_kept_result_is_felt_as_it_was_kept(sources, studio):
 )
 def test_what_is_not_there_is_refused_with_a_sentence(sources, asked, error, words):
     with pytest.raises(error, match=words):
-        sources.table(TextureRequest(*asked))
+        sources.table(TextureRequest(**dict(zip(("where", "of", "material"), asked, strict=False))))
 
 
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({"where": "net"}, "where must be one of run, kept, file"),
-        ({"lay": "spiral"}, "lay must be one of"),
-        ({"rate": 10.0}, "rate must be 8000 to 192000 Hz"),
-        ({"speed_mm_s": 0.0}, "speed must be 1 to 2000 mm/s"),
-        ({"seed": -1}, "seed must be 0"),
-        ({"of": ""}, "choose a texture"),
+        ({"where": "net"}, "where: must be 'run', 'kept' or 'file', got 'net'"),
+        ({"lay": "spiral"}, "lay: must be 'auto', .*got 'spiral'"),
+        ({"rate": "10"}, "rate: must be greater than or equal to 8000, got '10'"),
+        ({"speed": "nan"}, "speed_mm_s: must be .*got 'nan'"),
+        ({"seed": "-1"}, "seed: must be greater than or equal to 0, got '-1'"),
+        ({"of": ""}, "of: "),
     ],
 )
 def test_what_makes_no_sense_is_refused_before_anything_is_read(values, words):
     with pytest.raises(ParameterError, match=words):
-        TextureRequest(**{"where": "run", "of": "x", **values})
+        parse_request({"where": "run", "of": "x", **values})
 
 
 # -- pictures ----------------------------------------------------------------------------------------------
 
 
 def test_the_pad_shows_the_materials_picture_where_the_data_has_one(sources):
-    picture = picture_of(sources, TextureRequest("run", VOICES, "tile"))
+    picture = picture_of(sources, TextureRequest(where="run", of=VOICES, material="tile"))
     assert (picture.kind, picture.png[:4]) == ("rendered", b"\x89PNG")
     assert picture.mm_per_pixel == pytest.approx(0.15)
     assert picture.words == "tile: rendered picture of the simulated surface"
 
 
 def test_without_a_picture_the_signal_is_drawn_and_that_is_said(sources):
-    picture = picture_of(sources, TextureRequest("file", "recordings/ridges.npz"))
+    picture = picture_of(sources, TextureRequest(where="file", of="recordings/ridges.npz"))
     assert picture.kind == "drawn"
     assert picture.words == "recordings/ridges.npz: drawn from the signal, no photograph"
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
 
-from tactogram.datasets import JAPANESE, SEVEN_POINT
+from tactogram.datasets import JAPANESE
 from tactogram.errors import ParameterError
 from tactogram.model import CONDITIONS, Kind, SignalKind
 from tactogram.models import ModelDescription
@@ -232,7 +231,7 @@ def adapted(request: GenerationRequest, form: GenerationForm) -> GenerationReque
 
 
 def check_request(request: GenerationRequest, form: GenerationForm) -> None:
-    """Raise `ParameterError` for a request that cannot be fulfilled, in a sentence for the page."""
+    """Raise `ParameterError` for what the form lacks, or what takes too long for a page; the model checks the rest."""
     replaced = any(getattr(request, part) for part in ("text", *form.instead))
     if form.mixes and not request.mix and not replaced:
         raise ParameterError("Set the weight of at least one material above 0.")
@@ -242,32 +241,12 @@ def check_request(request: GenerationRequest, form: GenerationForm) -> None:
         raise ParameterError(
             "This model needs a photograph: drop or paste one, choose a file, or use the camera."
         )
-    for name, value in {
-        "Speed of the recording (mm/s)": request.vibration_speed_mm_s,
-        "Force of the recording (N)": request.vibration_force_n,
-        "Speed (mm/s)": request.speed_mm_s,
-        "Force (N)": request.force_n,
-        "Length (s)": request.seconds,
-    }.items():
-        if value is not None and not (math.isfinite(value) and value > 0):
-            raise ParameterError(
-                f"{name} must be greater than 0, got {value:g}; leave it empty for the model's default."
-            )
     if request.seconds is not None and request.seconds > LONGEST_S:
         raise ParameterError(
             f"Length must be at most {LONGEST_S:g} s, got {request.seconds:g}; use the command line for longer ones."
         )
-    if not 0 <= request.seed <= MOST_SEED:
-        raise ParameterError(f"Seed must be 0 to {MOST_SEED}, got {request.seed}.")
     if not 1 <= request.count <= MOST_COUNT:
         raise ParameterError(f"Number of results must be 1 to {MOST_COUNT}, got {request.count}.")
-    for word, score in request.words.items():
-        if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
-            raise ParameterError(
-                f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, got {score:g}."
-            )
-    if request.crop is not None and not _is_crop(request.crop):
-        raise ParameterError("The crop must have a width and a height; drag again.")
 
 
 def command(request: GenerationRequest, form: GenerationForm, *, photo: str = "") -> str:
@@ -304,8 +283,3 @@ def word_label(word: str) -> str:
 def _title_of(file: str) -> str:
     """Return the name of an uploaded file as it was before its hash was added."""
     return file.rpartition("/")[2].rpartition(".")[0].rpartition("-")[0]
-
-
-def _is_crop(crop: Crop) -> bool:
-    left, top, right, bottom = crop
-    return all(map(math.isfinite, crop)) and 0 <= left < right <= 1 and 0 <= top < bottom <= 1

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
-from tactogram_studio.pages.make.material_map import map_html, point_of, weights_at
+from tactogram_studio.pages.make.material_map import map_options, point_of, weights_at
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage
@@ -115,8 +115,14 @@ class _Mix:
             return
         self.place.clear()
         with self.place:
-            point = point_of(self.state.request.weights, self.materials, places)
-            ui.html(map_html(self.materials, places, point), sanitize=False)
+            x, y = point_of(self.state.request.weights, self.materials, places)
+            with ui.element("div").classes("map").props("data-map"):
+                chart = ui.echart(map_options(self.materials, places)).classes("absolute-full h-full")
+                names = kit.attribute(", ".join(self.materials))
+                chart.props(f'role="img" aria-label="Map of {names}"')
+                handle = ui.element("button").classes("map-handle").props('type="button" data-map-handle')
+                handle.props('aria-label="Point on the map of materials: arrow keys move it"')
+                handle.style(f"left: {100 * x:.2f}%; top: {100 * y:.2f}%")
             kit.hint(
                 "Materials with similar spectra are close together. Drag the point, or move it with the arrow keys, "
                 "to mix the three nearest materials."

@@ -172,10 +172,7 @@ class PublishedPanel:
             self._words.props('clearable type="search" debounce="200"')
             self._words.on_value_change(self._show)
             self._count = kit.hint("").props('role="status"')
-            columns = [
-                {"name": name, "label": name, "field": name, "align": "left", "sortable": True}
-                for name in COLUMNS
-            ]
+            columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
             self._table = ui.table(columns=columns, rows=[], row_key="id").classes("w-full published")
             self._table.props("flat wrap-cells")
         self._show()

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.recipe import parse_changes
 from tactogram_studio.pages.studies.experiment_view import participant_count, report_of
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.designs import designs
@@ -137,17 +138,9 @@ def counts_of(text: str, name: str) -> tuple[int, ...]:
         raise ParameterError(f"{name} must be whole numbers separated by commas, got {text[:60]!r}") from None
 
 
-def pairs_of(text: str, name: str) -> dict[str, str]:
+def pairs_of(text: str | None, name: str) -> dict[str, Any]:
     """Return the ``key=value`` pairs of a field ``name``, or raise `ParameterError`."""
-    pairs = {}
-    for part in split_commas(text):
-        key, sign, value = (piece.strip() for piece in part.partition("="))
-        if not (key and sign and value) or key in pairs:
-            raise ParameterError(
-                f"{name} must be name=value, each once, separated by commas, got {part[:60]!r}"
-            )
-        pairs[key] = value
-    return pairs
+    return parse_changes(split_commas(text), option=name)
 
 
 def power_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:

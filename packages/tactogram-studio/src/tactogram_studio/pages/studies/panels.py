@@ -9,7 +9,6 @@ from nicegui import ui
 
 from tactogram.datasets import finite_number
 from tactogram.errors import ParameterError
-from tactogram.recipe import parse_changes
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.pages.studies.catalogue import (
@@ -20,7 +19,6 @@ from tactogram_studio.pages.studies.catalogue import (
     new_session_folder,
     pairs_of,
     power_rows,
-    split_commas,
 )
 from tactogram_studio.pages.studies.experiment_view import address_of, participant_count
 from tactogram_studio.workspace.folder import RUN, STORE, Workspace
@@ -36,7 +34,7 @@ def begin_dialog(studio: Studio, source: Path | str, *, title: str, name: str) -
 
     async def begin() -> None:
         place = new_session_folder(studio.workspace, folder.value or "")
-        values = parse_changes(split_commas(changes.value))
+        values = pairs_of(changes.value, "Changes")
         with kit.busy("beginning the session"):
             await kit.in_background(studio.sessions.begin, source, place, changes=values)
         ui.navigate.to(address_of(place.as_posix()))
@@ -139,11 +137,16 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                     chosen,
                     out,
                     design=(design.value or "").strip() or None,
-                    columns=pairs_of(columns.value or "", "headings"),
-                    constants=pairs_of(constants.value or "", "columns"),
+                    columns={
+                        name: str(value)
+                        for name, value in pairs_of(columns.value, "Names of columns").items()
+                    },
+                    constants={
+                        name: str(value) for name, value in pairs_of(constants.value, "Values").items()
+                    },
                     margins={
-                        name: finite_number("margin", name, text)
-                        for name, text in pairs_of(margins.value or "", "margins").items()
+                        name: finite_number("margin", name, str(value))
+                        for name, value in pairs_of(margins.value, "Other margins").items()
                     },
                 )
             shown.clear()

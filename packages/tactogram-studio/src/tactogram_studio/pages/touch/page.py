@@ -5,10 +5,10 @@ from __future__ import annotations
 import json
 import shutil
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from urllib.parse import quote
 
 from fastapi import Request
@@ -16,16 +16,15 @@ from fastapi.responses import JSONResponse, Response
 from nicegui import app, events, ui
 
 from tactogram import models
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import TactogramError
 from tactogram.signal.io import READABLE
 from tactogram.text_files import read_json
+from tactogram.validation import validated
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.pages.touch.pictures import picture_of
 from tactogram_studio.pages.touch.shared_page import shared_page
 from tactogram_studio.pages.touch.sources import (
-    TextureLayout,
-    TextureOrigin,
     TextureRequest,
     TouchSources,
     texture_choices,
@@ -55,28 +54,10 @@ def add(studio: Studio) -> None:
         ui.add_body_html('<script type="module" src="/static/touch.js"></script>')
 
 
-def parse_request(query: Any) -> TextureRequest:
+def parse_request(query: Mapping[str, Any]) -> TextureRequest:
     """Return the request of an address; `ParameterError` if a value is invalid."""
-    return TextureRequest(
-        where=cast(TextureOrigin, query.get("where", "")),
-        of=query.get("of", ""),
-        material=query.get("material", ""),
-        speed_mm_s=_number(query, "speed") if "speed" in query else None,
-        lay=cast(TextureLayout, query.get("lay", "auto")),
-        axes=query.get("axes", "dft321"),
-        seed=int(_number(query, "seed")) if "seed" in query else 0,
-        rate=_number(query, "rate") if "rate" in query else 48_000.0,
-    )
-
-
-def _number(query: Any, name: str) -> float:
-    try:
-        value = float(query[name])
-    except ValueError:
-        value = float("nan")
-    if not abs(value) < 1e9:
-        raise ParameterError(f"{name} must be a number, got {query[name][:40]!r}")
-    return value
+    values = {"speed_mm_s" if name == "speed" else name: value for name, value in query.items()}
+    return validated(TextureRequest, values, where="")
 
 
 def _add_routes(studio: Studio, sources: TouchSources) -> None:

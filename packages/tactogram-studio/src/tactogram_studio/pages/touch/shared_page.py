@@ -14,6 +14,7 @@ from string import Template
 from typing import Any
 
 from tactogram.errors import ParameterError
+from tactogram.validation import validated
 from tactogram_studio.pages.touch.pictures import picture_of
 from tactogram_studio.pages.touch.sources import TextureRequest, TouchSources
 from tactogram_study import participants
@@ -83,7 +84,8 @@ def _parsed(rows: str) -> tuple[dict[str, Any], list[TextureRequest]]:
 
 def _request(row: dict[str, Any]) -> TextureRequest:
     where, of, material = json.loads(row["key"])
-    return TextureRequest(where, of, material, speed_mm_s=row["speed"], lay=row["lay"], rate=RATE)
+    values = {"where": where, "of": of, "material": material, "lay": row["lay"], "rate": RATE}
+    return validated(TextureRequest, values | {"speed_mm_s": row["speed"]}, where="")
 
 
 def _json(value: Any) -> str:

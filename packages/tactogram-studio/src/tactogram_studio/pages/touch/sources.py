@@ -8,9 +8,10 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 import numpy as np
+from pydantic import Field
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import (
@@ -23,6 +24,7 @@ from tactogram.signal import (
     synthesise_modulated_noise,
 )
 from tactogram.signal.io import READABLE, USUAL, read_metadata, read_signal
+from tactogram.validation import FrozenModel
 from tactogram.workflows import TextureSettings, texture_of_map
 from tactogram_studio.pages.touch.tables import (
     ASSUMED_SPEED_MM_S,
@@ -51,12 +53,10 @@ LAID_S = 6.0
 LARGEST_FILE = 200_000_000
 MOST_TABLES = 64
 """In the cache."""
-RATES = (8000.0, 192_000.0)
 
 
-@dataclass(frozen=True)
-class TextureRequest:
-    """Request for a texture; `ParameterError` if a value is out of range.
+class TextureRequest(FrozenModel):
+    """Request for a texture.
 
     ``of`` is the folder of a run or a file, relative to the workspace, or the id of a kept result; ``material`` one of
     a run. ``speed_mm_s`` is the speed of a recording over time, or of a generated signal; ``lay`` whether the texture
@@ -64,31 +64,13 @@ class TextureRequest:
     """
 
     where: TextureOrigin
-    of: str
-    material: str = ""
-    speed_mm_s: float | None = None
+    of: Annotated[str, Field(min_length=1, max_length=1000)]
+    material: Annotated[str, Field(max_length=200)] = ""
+    speed_mm_s: Annotated[float, Field(ge=1, le=2000)] | None = None
     lay: TextureLayout = "auto"
-    axes: str = "dft321"
-    seed: int = 0
-    rate: float = 48_000.0
-
-    def __post_init__(self) -> None:
-        if self.where not in get_args(TextureOrigin):
-            raise ParameterError(
-                f"where must be one of {', '.join(get_args(TextureOrigin))}, got {self.where[:40]!r}"
-            )
-        if self.lay not in get_args(TextureLayout):
-            raise ParameterError(
-                f"lay must be one of {', '.join(get_args(TextureLayout))}, got {self.lay[:40]!r}"
-            )
-        if not RATES[0] <= self.rate <= RATES[1]:
-            raise ParameterError(f"rate must be {RATES[0]:g} to {RATES[1]:g} Hz, got {self.rate:g}")
-        if self.speed_mm_s is not None and not 1 <= self.speed_mm_s <= 2000:
-            raise ParameterError(f"speed must be 1 to 2000 mm/s, got {self.speed_mm_s:g}")
-        if not 0 <= self.seed < 2**31:
-            raise ParameterError(f"seed must be 0 to {2**31 - 1}, got {self.seed}")
-        if not self.of or len(self.of) > 1000 or len(self.material) > 200 or len(self.axes) > 40:
-            raise ParameterError("choose a texture: a run, a kept result or a file")
+    axes: Annotated[str, Field(max_length=40)] = "dft321"
+    seed: Annotated[int, Field(ge=0, lt=2**31)] = 0
+    rate: Annotated[float, Field(ge=8000, le=192_000)] = 48_000.0
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,9 @@ from tactogram.signal import Signal
 from tactogram_studio.pages.make.material_map import (
     APART,
     MARGIN,
-    NARROW_PX,
     NEIGHBOURS,
-    WIDE_PX,
-    label_shifts,
     levels_db,
-    map_html,
+    map_options,
     point_of,
     positions,
     weights_at,
@@ -102,53 +99,10 @@ def test_levels_cover_the_shared_bands():
     assert np.ptp(level) <= 60
 
 
-FIRST = {
-    "artificial-grass": (0.9, 0.4244),
-    "carpet": (0.6857, 0.3992),
-    "cloth": (0.1, 0.269),
-    "cork-sheet": (0.3294, 0.3833),
-    "luncheon-mat-01": (0.4812, 0.321),
-    "luncheon-mat-02": (0.2554, 0.316),
-    "luncheon-mat-03": (0.4599, 0.6874),
-    "punched-plastic-sheet": (0.5936, 0.5225),
-    "tile": (0.1627, 0.731),
-}
-"""Places of the example surfaces."""
+def test_the_chart_has_each_material_at_its_place():
+    chart = map_options("abcde", PLACES)
 
-
-@pytest.mark.parametrize("size", [WIDE_PX, NARROW_PX])
-def test_names_on_the_map_neither_overlap_nor_leave_it(size):
-    names, places = tuple(FIRST), np.array(list(FIRST.values()))
-
-    corner = places * size + label_shifts(names, places, size)
-
-    far = corner + np.array([(6 * len(name), 14) for name in names])  # 6 px a character
-    shared = np.minimum(far[:, None], far) - np.maximum(corner[:, None], corner)
-    assert not np.any((shared > 0).all(-1) & ~np.eye(len(names), dtype=bool))
-    assert corner.min() >= 0
-    assert np.all(far <= size)
-
-
-def test_the_map_places_names_for_a_desktop_and_for_a_tablet():
-    picture = map_html(tuple(FIRST), np.array(list(FIRST.values())), [0.5, 0.5])
-
-    assert picture.count("--wide: translate(") == picture.count("--narrow: translate(") == len(FIRST)
-
-
-def test_on_a_crowded_map_some_names_show_only_when_pointed_at():
-    places = np.random.default_rng(0).uniform(0.1, 0.9, (90, 2))
-    names = tuple(f"material-{number}" for number in range(90))
-
-    shifts = label_shifts(names, places, WIDE_PX)
-
-    shown = [(place * WIDE_PX + shift) for place, shift in zip(places, shifts, strict=True) if shift]
-    corner = np.array(shown)
-    far = corner + np.array((6 * len(names[-1]), 14))
-    shared = np.prod(
-        np.clip(np.minimum(far[:, None], far) - np.maximum(corner[:, None], corner), 0, None), -1
-    )
-    assert 20 < len(shown) < 70
-    assert (shared - np.diag(np.diag(shared))).max() < 0.25 * 6 * len(names[-1]) * 14
-    picture = map_html(names, places, [0.5, 0.5])
-    assert "scale(0)" in picture
-    assert picture.count('title="material-') == 90
+    dots = chart["series"]["data"]
+    assert [dot["name"] for dot in dots] == list("abcde")
+    np.testing.assert_array_equal([dot["value"] for dot in dots], PLACES)
+    assert [dot["label"]["position"] for dot in dots] == ["right", "left", "left", "left", "right"]
