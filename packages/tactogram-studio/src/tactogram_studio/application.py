@@ -109,7 +109,7 @@ def serve(
     Raises `DataError` if there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
-    from tactogram_studio.server.connections import StudioServer
+    from tactogram_studio.server.listening import StudioServer
 
     listening = listening.with_certificate(_state_folder(studio))
     certificate = listening.certificate

@@ -3,7 +3,7 @@ import socket
 
 import pytest
 
-from tactogram_studio.server.connections import (
+from tactogram_studio.server.listening import (
     MOST_CONNECTIONS,
     MOST_FILES,
     StudioServer,

@@ -27,7 +27,7 @@ def test_two_of_the_same_instant_get_names_of_their_own(tmp_path, monkeypatch):
         def now(cls, tz=None):
             return datetime(2026, 1, 2, 3, 4, 5, 6, tzinfo=tz)
 
-    monkeypatch.setattr("tactogram_studio.workspace.dated_folders.datetime", Stopped)
+    monkeypatch.setattr("tactogram_studio.workspace.folder.datetime", Stopped)
     folders = DatedFolders(tmp_path)
     inner = []
     outer = folders.add(lambda part: inner.append(folders.add(written("b"))))

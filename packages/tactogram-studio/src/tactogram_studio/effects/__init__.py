@@ -1,5 +1,6 @@
 """Drawn haptic effects: tracks of an amplitude, a frequency and transients, their editing and their mix."""
 
+from tactogram_studio.effects.editing import ready_effects as ready_effects
 from tactogram_studio.effects.effect import (
     Effect as Effect,
     Point as Point,
@@ -9,4 +10,3 @@ from tactogram_studio.effects.effect import (
     track_of as track_of,
     track_of_signal as track_of_signal,
 )
-from tactogram_studio.effects.library import ready_effects as ready_effects

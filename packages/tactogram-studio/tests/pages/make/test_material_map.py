@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tactogram.signal import Signal
-from tactogram_studio.pages.make.material_map import (
+from tactogram_studio.pages.make.mix_view import map_options
+from tactogram_studio.pages.make.runs import (
     APART,
     MARGIN,
     NEIGHBOURS,
     levels_db,
-    map_options,
     point_of,
     positions,
     weights_at,

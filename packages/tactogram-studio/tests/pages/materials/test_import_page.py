@@ -14,9 +14,8 @@ from tactogram.datasets.preview import preview_dataset
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file
 from tactogram.signal.io.layout import TableLayout
-from tactogram_studio.pages.materials.columns import ColumnChoices
 from tactogram_studio.pages.materials.import_page import safe_store_name
-from tactogram_studio.pages.materials.layout_card import by_key, timing_text
+from tactogram_studio.pages.materials.layout_card import ColumnChoices, by_key, timing_text
 
 T = np.arange(400) / 500
 WAVES = np.stack([np.sin(2 * np.pi * 60 * T + phase) for phase in range(3)])

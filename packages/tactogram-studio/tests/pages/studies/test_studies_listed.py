@@ -2,8 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from tactogram_studio.pages.studies.catalogue import workspace_studies
-from tactogram_studio.pages.studies.panels import _may_be_answers
+from tactogram_studio.pages.studies.catalogue import _may_be_answers, workspace_studies
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.study_file import shipped_studies
 

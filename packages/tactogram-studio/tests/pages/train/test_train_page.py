@@ -8,8 +8,9 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.models import available, find
 from tactogram.recipe import parse_changes
+from tactogram.workflows import TrainingRequest
 from tactogram_studio.pages.train.compare import loss_by_run, loss_options
-from tactogram_studio.pages.train.form import RunRequest, describe_model
+from tactogram_studio.pages.train.form import describe_model, training_arguments, training_options
 from tactogram_studio.tasks.log import checkpoint_position, read_metrics
 from tactogram_studio.tasks.queue import TaskQueue
 from tactogram_studio.workspace.folder import Workspace
@@ -17,16 +18,22 @@ from tactogram_studio.workspace.folder import Workspace
 SET = "studio/first/surfaces"
 
 
-def test_a_request_has_an_equivalent_command_line():
-    plain = RunRequest("stroke_cnn", "data/x", "quick", "one")
-    assert " ".join(plain.arguments) == "train stroke_cnn --data data/x --recipe quick --out runs/one"
-    request = RunRequest(
-        "stroke_cnn", "d", "quick", "one", "last", 3, "session", "material+contactor", "contactor=pen session=a|b",
-        ("config.steps=5",),
-    )  # fmt: skip
+PLAIN = {
+    "model": "stroke_cnn", "data": "data/x", "recipe": "quick", "name": "one", "split": "", "last": 2,
+    "by": "recording", "label": "material", "where": "",
+}  # fmt: skip
+"""Entries of the form."""
+
+
+def test_a_form_has_an_equivalent_command_line():
+    assert (
+        " ".join(training_arguments(PLAIN)) == "train stroke_cnn --data data/x --recipe quick --out runs/one"
+    )
+    others = {"split": "last", "last": 3, "by": "session", "label": "material+contactor"}
+    entries = {**PLAIN, **others, "where": "contactor=pen session=a|b", "set": ["config.steps=5"]}
     more = "--split last=3 --by session --label material+contactor --where contactor=pen --where session=a|b"
-    assert request.arguments[6:-2] == [*more.split(), "--set", "config.steps=5"]
-    training = request.training_request(Path("d"))
+    assert training_arguments(entries)[6:-2] == [*more.split(), "--set", "config.steps=5"]
+    training = TrainingRequest("stroke_cnn", Path("d"), **training_options(entries))
     assert (training.split, training.where) == ("last=3", {"contactor": "pen", "session": "a|b"})
     assert training.changes == parse_changes(["config.steps=5"])
 
@@ -34,7 +41,7 @@ def test_a_request_has_an_equivalent_command_line():
 @pytest.mark.parametrize("name", ["", "../x", "a/b", ".hidden", "-x", "x" * 90])
 def test_a_run_needs_a_valid_folder_name(name):
     with pytest.raises(ParameterError, match="Name: must be letters"):
-        _ = RunRequest("m", "d", "quick", name).arguments
+        training_arguments(PLAIN | {"name": name})
 
 
 def test_every_model_has_a_short_description():

@@ -15,7 +15,7 @@ from tactogram.workflows.training.recipe_fields import assignments, recipe_field
 from tactogram.workflows.training.requests import TrainingRequest
 from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
-from tactogram_studio.pages.train.run_summary import run_summary, state_of
+from tactogram_studio.pages.train.watch import state_of
 from tactogram_studio.tasks import log as tasks_log
 from tactogram_studio.tasks.log import (
     DetachedProcess,
@@ -34,6 +34,7 @@ from tactogram_studio.tasks.log import (
 from tactogram_studio.tasks.queue import StudioTask, TaskQueue
 from tactogram_studio.workspace.commands import command_line, free_name
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.runs import run_summary
 
 STORE = "studio/first/surfaces"
 STEPS = 150

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
-from tactogram_studio.pages.make.material_map import map_options, point_of, weights_at
+from tactogram_studio.pages.make.runs import point_of, weights_at
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage
@@ -148,3 +148,31 @@ class _Mix:
             slider.value = weights.get(name, 0.0)
         self.setting = False
         self._show_shares()
+
+
+def map_options(materials: Sequence[str], places: NDArray[np.float64]) -> dict[str, Any]:
+    """Return the options of an ECharts chart with the materials as named dots, x to the right and y down.
+
+    A name that would hide another shows when its dot is pointed at.
+    """
+    axis = {"type": "value", "min": 0, "max": 1, "show": False}
+    dots = [
+        {"name": name, "value": [float(x), float(y)], "label": {"position": "right" if x < 0.5 else "left"}}
+        for name, (x, y) in zip(materials, places, strict=True)
+    ]
+    return {
+        "animation": False,
+        "grid": {"left": 0, "right": 0, "top": 0, "bottom": 0},
+        "xAxis": axis,
+        "yAxis": {**axis, "inverse": True},
+        "tooltip": {"formatter": "{b}"},
+        "series": {
+            "type": "scatter",
+            "symbolSize": 9,
+            "itemStyle": {"color": "#51606e"},
+            "label": {"show": True, "formatter": "{b}", "color": "#17202a", "fontSize": 11, "width": 130}
+            | {"overflow": "truncate"},
+            "labelLayout": {"hideOverlap": True},
+            "data": dots,
+        },
+    }

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-import threading
-from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -32,6 +30,7 @@ from tactogram_studio.pages.touch.tables import (
     table_of_map,
     table_of_signal,
 )
+from tactogram_studio.signals.registry import ValueCache
 from tactogram_studio.workspace.folder import RUN, STORE, Workspace
 from tactogram_studio.workspace.runs import LOCK, RunCatalogue
 from tactogram_studio.workspace.shelf import ResultArchive
@@ -39,7 +38,6 @@ from tactogram_studio.workspace.shelf import ResultArchive
 if TYPE_CHECKING:
     from tactogram.workflows import LoadedRun
 
-T = TypeVar("T")
 TextureOrigin = Literal["run", "kept", "file"]
 TextureLayout = Literal["auto", "table", "path", "x", "y"]
 
@@ -130,7 +128,7 @@ class TouchSources:
     def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self._workspace, self._shelf = workspace, shelf
         self._runs = RunCatalogue(workspace)
-        self._tables = _ValueCache(MOST_TABLES)
+        self._tables: ValueCache[TouchTexture] = ValueCache(MOST_TABLES)
 
     def table(self, request: TextureRequest) -> TouchTexture:
         """Return the table of a texture; `TactogramError` if it does not exist in the workspace, or cannot be felt."""
@@ -230,31 +228,6 @@ class TouchSources:
         if request.where == "kept":
             return dict(self._shelf.get(request.of).facts)
         return read_metadata(path) if path.name.lower().endswith(READABLE) else {}
-
-
-class _ValueCache:
-    """The last ``most`` values; concurrent calls for one key make its value once."""
-
-    def __init__(self, most: int) -> None:
-        self._most, self._kept = most, OrderedDict[Any, Any]()
-        self._lock, self._making = threading.Lock(), OrderedDict[Any, threading.Lock]()
-
-    def get(self, key: Any, make: Callable[[], T]) -> T:
-        with self._lock:
-            one = self._making.setdefault(key, threading.Lock())
-        with one:
-            with self._lock:
-                if key in self._kept:
-                    self._kept.move_to_end(key)
-                    found: T = self._kept[key]
-                    return found
-            made = make()
-            with self._lock:
-                self._kept[key] = made
-                while len(self._kept) > self._most:
-                    gone, _ = self._kept.popitem(last=False)
-                    self._making.pop(gone, None)
-            return made
 
 
 def _map_of(run: LoadedRun, material: str) -> TextureMap | NoiseMap | None:

@@ -1,16 +1,14 @@
-"""Training form: model, data, recipe with its settings, and split; and the request that it makes."""
+"""Training form: model, data, recipe with its settings, and split."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from urllib.parse import quote
 
 from nicegui import app, ui
 
-from tactogram.datasets import By, Label, open_store
+from tactogram.datasets import open_store
 from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo, available
 from tactogram.recipe import parse_changes
@@ -54,71 +52,41 @@ GROUPINGS = {
 SETTINGS = "Recipe settings"
 
 
-@dataclass(frozen=True)
-class RunRequest:
-    """A training as entered in the form.
+def training_options(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a training that the form has, from its entries: those of `tactogram.workflows.train`.
 
-    ``data`` is relative to the workspace, ``split`` a key of `SPLITS`, and ``last`` the number of test recordings of
-    each material. ``where`` has conditions ``KEY=VALUE`` separated by spaces.
+    Raises `ParameterError` if the filter is not ``KEY=VALUE``, separated by spaces.
     """
+    conditions = {}
+    for text in (values["where"] or "").split():
+        key, sign, value = text.partition("=")
+        if not (sign and key and value):
+            raise ParameterError(f"the filter must be KEY=VALUE, got {text!r}")
+        conditions[key] = value
+    return {
+        "recipe": values["recipe"],
+        "changes": parse_changes(values.get("set") or ()),
+        "split": f"last={int(values['last'] or 1)}" if values["split"] == "last" else values["split"],
+        "by": values["by"],
+        "label": (values["label"] or "material").strip(),
+        "where": conditions,
+    }
 
-    model: str
-    data: str
-    recipe: str
-    name: str
-    split: str = ""
-    last: int = 2
-    by: str = "recording"
-    label: str = "material"
-    where: str = ""
-    changes: tuple[str, ...] = ()
 
-    @property
-    def folder(self) -> str:
-        """The run folder relative to the workspace; raise `ParameterError` if ``name`` is not a folder name."""
-        return output_name("runs", self.name)
-
-    @property
-    def arguments(self) -> list[str]:
-        """The arguments of ``tactogram``."""
-        options = {
-            "--data": self.data,
-            "--recipe": self.recipe,
-            "--split": self._split,
-            "--by": self.by if self.by != "recording" else "",
-            "--label": self.label if self.label != "material" else "",
-            "--where": [f"{key}={value}" for key, value in self._where.items()],
-            "--set": self.changes,
-            "--out": self.folder,
-        }
-        return arguments("train", self.model, options=options)
-
-    def training_request(self, data: Path) -> TrainingRequest:
-        """Return the request as `workflows.training` takes it, for the store in ``data``."""
-        return TrainingRequest(
-            self.model,
-            data,
-            recipe=self.recipe,
-            changes=parse_changes(self.changes),
-            split=self._split,
-            by=cast(By, self.by),
-            label=cast(Label, self.label),
-            where=self._where,
-        )
-
-    @property
-    def _split(self) -> str:
-        return f"last={int(self.last)}" if self.split == "last" else self.split
-
-    @property
-    def _where(self) -> Mapping[str, str]:
-        conditions = {}
-        for text in self.where.split():
-            key, sign, value = text.partition("=")
-            if not (sign and key and value):
-                raise ParameterError(f"the filter must be KEY=VALUE, got {text!r}")
-            conditions[key] = value
-        return conditions
+def training_arguments(values: Mapping[str, Any]) -> list[str]:
+    """Return the equivalent arguments of ``tactogram``; `ParameterError` if an entry is not valid."""
+    chosen = training_options(values)
+    options = {
+        "--data": values["data"],
+        "--recipe": chosen["recipe"],
+        "--split": chosen["split"],
+        "--by": chosen["by"] if chosen["by"] != "recording" else "",
+        "--label": chosen["label"] if chosen["label"] != "material" else "",
+        "--where": [f"{key}={value}" for key, value in chosen["where"].items()],
+        "--set": values.get("set"),
+        "--out": output_name("runs", values["name"]),
+    }
+    return arguments("train", values["model"], options=options)
 
 
 def describe_model(model: ModelInfo) -> str:
@@ -270,41 +238,27 @@ class _TrainingForm:
                 text = f"{origin}: {text_of(field.published) or 'none'}. {text}"
             kit.hint(text)
 
-    def _request(self) -> RunRequest:
-        v = self.values
-        if self.settings:
-            v["set"] = assignments(self.settings, v["changes"])
-        elif not v["changes"]:
-            v["set"] = []
-        return RunRequest(
-            v["model"],
-            v["data"],
-            v["recipe"],
-            (v["name"] or "").strip(),
-            v["split"],
-            int(v["last"] or 1),
-            v["by"],
-            (v["label"] or "material").strip(),
-            v["where"] or "",
-            tuple(v.get("set", ())),
-        )
-
     def _changed(self) -> None:
         """Show the command, or what is wrong with the form."""
         with kit.refusals(self.error):
-            kit.set_text(self.command, command_line(self._request().arguments))
+            if self.settings:
+                self.values["set"] = assignments(self.settings, self.values["changes"])
+            elif not self.values["changes"]:
+                self.values["set"] = []
+            kit.set_text(self.command, command_line(training_arguments(self.values)))
         count = len(self.values.get("set") or [])
         self.settings_button.text = SETTINGS + (f" ({count} changed)" if count else "")
 
     async def _start(self) -> None:
-        request, workspace = self._request(), self.studio.workspace
         with kit.refusals(self.error), kit.busy("Checking model and data", button=self.start):
             from tactogram.workflows import check_training  # brings torch
 
-            queue = trainings_of(workspace)
-            queue.new_output(request.folder)
-            training = request.training_request(workspace.inside(request.data))
+            queue, folder = trainings_of(self.studio.workspace), output_name("runs", self.values["name"])
+            words = training_arguments(self.values)
+            queue.new_output(folder)
+            data = self.studio.workspace.inside(self.values["data"])
+            training = TrainingRequest(self.values["model"], data, **training_options(self.values))
             await kit.in_background(check_training, training)
-            await kit.in_background(queue.begin_new, "train", request.arguments, request.folder)
+            await kit.in_background(queue.begin_new, "train", words, folder)
             self._discard_changes()
-            ui.navigate.to(f"/train/watch?run={quote(request.folder)}")
+            ui.navigate.to(f"/train/watch?run={quote(folder)}")

@@ -17,13 +17,13 @@ from tactogram.errors import DataError, TactogramError
 from tactogram.validation import Fault
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.pages.studies.catalogue import begin_dialog
 from tactogram_studio.pages.studies.editor import cards
 from tactogram_studio.pages.studies.editor.cards import questions
 from tactogram_studio.pages.studies.editor.draft import DraftCheck, StudyDraft, check_draft
 from tactogram_studio.pages.studies.editor.fields import Place
 from tactogram_studio.pages.studies.editor.stimuli_view import stimuli
 from tactogram_studio.pages.studies.editor.widgets import FaultMarks, part
-from tactogram_studio.pages.studies.panels import begin_dialog
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.stimuli import limited_lines
 

@@ -38,7 +38,7 @@ def test_the_key_follows_from_samples_and_what_they_mean():
 def test_what_was_not_asked_for_longest_is_let_go():
     shown = ShownSignals()
     first, second = (shown.load(tone(a)).key for a in (0.1, 0.2))
-    shown.most = 2 * holding._bytes(shown.get(second))
+    shown.signals.most = 2 * holding._bytes(shown.get(second))
     shown.get(first)
 
     third = shown.load(tone(0.3)).key
