@@ -22,8 +22,14 @@ if TYPE_CHECKING:
     from tactogram_studio.server.guard import RequestGuard
 
 STATIC = Path(__file__).parent / "static"
-PAGES = ("home", "make", "touch", "edit", "materials", "train", "send", "live", "studies", "reports")
-"""Packages with a module ``page``."""
+PAGES = (
+    "home",
+    *(f"{name}.page" for name in ("make", "touch", "edit", "materials", "train", "send", "live")),
+    "studies.experimenter",
+    "studies.page",
+    "reports.page",
+)
+"""Modules of ``pages`` that add a page."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +80,8 @@ def make_app(
     app.include_router(participant_router(studio.sessions))
     if not studio.study_only:
         studio.sessions.reopen(studio.workspace.sessions())
-    importlib.import_module("tactogram_studio.pages.studies.experimenter").add(studio)
-    for name in () if studio.study_only else PAGES:
-        importlib.import_module(f"tactogram_studio.pages.{name}.page").add(studio)
+    for name in ("studies.experimenter",) if studio.study_only else PAGES:
+        importlib.import_module(f"tactogram_studio.pages.{name}").add(studio)
     add_not_found(navigation=not studio.study_only)
     show_errors(pages_app)
     ui.run_with(

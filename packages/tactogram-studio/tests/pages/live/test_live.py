@@ -6,6 +6,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram_capture.live.recognition import Classification, WindowClassification
 from tactogram_capture.session.console import CaptureStatus
 from tactogram_capture.workflows.session import capture
+from tactogram_studio.pages.live.console import PageConsole, PageMetronome, Traces
 from tactogram_studio.pages.live.form import (
     confine_address,
     plan_choices,
@@ -13,8 +14,7 @@ from tactogram_studio.pages.live.form import (
     source_choices,
     without_materials,
 )
-from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner, PageConsole, PageMetronome
-from tactogram_studio.pages.live.traces import Traces
+from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
 from tactogram_studio.workspace.folder import Workspace
 
 SIMULATED = "simulated:twelite?rate=330&loss=0.02"

@@ -164,7 +164,7 @@ def test_importing_the_pages_loads_nothing_that_takes_long():
     program = (
         "import importlib, sys\n"
         "from tactogram_studio.application import PAGES\n"
-        "for name in PAGES: importlib.import_module(f'tactogram_studio.pages.{name}.page')\n"
+        "for name in PAGES: importlib.import_module(f'tactogram_studio.pages.{name}')\n"
         f"loaded = [name for name in {slow} if name in sys.modules]\n"
         "assert loaded == [], loaded\n"
     )

@@ -14,9 +14,9 @@ from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.rendering.actuators import calibrate
 from tactogram.workflows.rendering.render import render
 from tactogram_studio.pages.send.device import log_played, recently_played
+from tactogram_studio.pages.send.display import warnings_of
 from tactogram_studio.pages.send.files import losses_table
-from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService
-from tactogram_studio.pages.send.wording import level_text, warnings_of
+from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService, level_text
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 

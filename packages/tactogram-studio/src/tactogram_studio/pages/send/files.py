@@ -23,11 +23,24 @@ from tactogram.signal import Signal, played
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.pages.send.sending import FileRequest, SendResult
-from tactogram_studio.pages.send.wording import HOLDS, LOSSES
 
 MOST_POINTS = 500
 Curve = tuple[list[float], list[float]]
 """Times, s, and strengths in the signal's unit."""
+LOSSES = {
+    "envelope_correlation": ("Strength over time, r", "1 is perfect"),
+    "envelope_error": ("Strength error", "relative to the signal's strength"),
+    "level_db": ("Level, dB", "0 equals the signal"),
+    "frequency_octaves": ("Frequency error, octaves", "0 equals the signal"),
+    "waveform_correlation": ("Waveform, r", "none for an envelope"),
+    "snr_db": ("Signal to error, dB", "none for an envelope"),
+}
+"""Heading and meaning of each loss."""
+HOLDS = {
+    "waveform": "stores the waveform of all axes",
+    "envelope": "stores strength and, in some formats, frequency, but no waveform",
+    "on and off": "stores when there is vibration, but not how strong it is",
+}
 COLOURS = ("#0b5d66", "#b3541e", "#5b3f8c", "#3d6b1f", "#8c2f52", "#44546a", "#8a6d00", "#1f4e9e", "#a1267f")
 
 

@@ -26,6 +26,19 @@ MOST_RESULTS = 40
 """Older results are deleted."""
 DRIVE_SUFFIXES = (".wav", ".csv", ".npz")
 REQUEST, FACTS = "order.json", "found.json"
+LEVELS = {
+    "physical": "Physical: the output equals the signal, in its own unit. Recordings often feel weak this way.",
+    "sensation": "Sensation: as far above the detection threshold as the signal; frequencies that the display cannot "
+    "render are compensated by others. A number sets the level above the threshold in dB.",
+    "gain": "Gain: output per unit of the signal.",
+    "peak": "Peak: the largest drive is this share of the limit. The signal's own strength is lost.",
+}
+LEVEL_VALUES = {
+    "gain": ("Factor", 1.0),
+    "peak": ("Share of the limit, 0 to 1", 0.5),
+    "sensation": ("dB above the threshold (empty: as the signal)", None),
+}
+"""Label and default of a level's number."""
 
 
 @dataclass(frozen=True)
@@ -226,3 +239,8 @@ class SendService:
 
     def _argument(self, path: Path) -> str:
         return self.workspace.name_of(path) if path.is_relative_to(self.workspace.folder) else str(path)
+
+
+def level_text(kind: str, value: float | None) -> str:
+    """Return a level in the command line's form."""
+    return kind if value is None or kind == "physical" else f"{kind}={value:g}"

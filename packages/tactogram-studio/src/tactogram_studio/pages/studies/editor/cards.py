@@ -9,7 +9,7 @@ from nicegui import ui
 
 from tactogram.rendering import shipped
 from tactogram_studio import kit
-from tactogram_studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text
+from tactogram_studio.pages.send.sending import LEVEL_VALUES, LEVELS, level_text
 from tactogram_studio.pages.studies.editor.fields import Place, fields_of, help_of
 from tactogram_studio.pages.studies.editor.stimuli import stimulus_names
 from tactogram_studio.pages.studies.editor.stimuli_view import listed_stimuli

@@ -28,16 +28,10 @@ SIMPLE: Mapping[Any, Widget] = {
 }
 
 LABELS: Mapping[str, str] = {
-    "title": "Title",
     "source": "Publication that is reproduced",
     "consent": "Consent text",
-    "seed": "Seed",
     "order": "Order of the trials",
     "rest_every": "Offer a rest after this many trials (0: never)",
-    "display": "Display",
-    "played_by": "Played by",
-    "level": "Level",
-    "alpha": "Alpha",
     "instructions": "Text above each trial",
     "speed_mm_s": "Speed of the finger, mm/s",
     "low": "Lowest value",
@@ -46,21 +40,15 @@ LABELS: Mapping[str, str] = {
     "high_text": "Text at the upper end",
     "id": "Name in the tables of answers",
     "kind": "Kind of answer",
-    "text": "Text",
     "required": "Must be answered",
     "trials": "Trials of practice",
     "feedback": "Show after each answer whether it was right",
     "right": "After a right answer",
     "wrong": "After a wrong answer",
     "ended": "At the end of the practice",
-    "name": "Name",
-    "item": "Item",
-    "condition": "Condition",
     "seconds": "Length, s",
-    "material": "Material",
     "autoregressive": "Replace it by a signal from an autoregressive model of it",
     "reconstructed": "Convert it to a spectrogram and back",
-    "axes": "Axes",
     "count": "Number of items",
 }
 """By the setting's key; other keys are shown with spaces."""
