@@ -24,10 +24,16 @@ if TYPE_CHECKING:
 STATIC = Path(__file__).parent / "static"
 PAGES = (
     "home",
-    *(f"{name}.page" for name in ("make", "touch", "edit", "materials", "train", "send", "live")),
+    "make.page",
+    "touch",
+    "edit.page",
+    "materials.page",
+    "train.page",
+    "send.page",
+    "live.page",
     "studies.experimenter",
     "studies.page",
-    "reports.page",
+    "reports",
 )
 """Modules of ``pages`` that add a page."""
 

@@ -11,12 +11,12 @@ from tactogram.rendering import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.signal.io import decode_image_metadata
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.generation.form import GenerationRequest
+from tactogram_studio.generation.runs import GeneratingRuns
+from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.kit.files import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.layout import PAGES
-from tactogram_studio.pages.make.form import GenerationRequest
-from tactogram_studio.pages.make.runs import GeneratingRuns
-from tactogram_studio.pages.make.state import MakePageState
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import read_uploaded_image
 

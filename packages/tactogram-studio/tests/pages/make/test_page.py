@@ -10,7 +10,7 @@ from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram_studio.pages.make.form import word_label
+from tactogram_studio.generation.form import word_label
 from tactogram_studio.workspace.folder import Workspace
 
 

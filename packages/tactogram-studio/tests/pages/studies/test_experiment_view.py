@@ -17,7 +17,6 @@ from tactogram_studio.pages.studies.catalogue import (
     workspace_sessions,
     workspace_studies,
 )
-from tactogram_studio.pages.studies.editor.draft import copy_study
 from tactogram_studio.pages.studies.experiment_view import (
     address_of,
     answers_rows,
@@ -29,6 +28,7 @@ from tactogram_studio.pages.studies.experiment_view import (
     view_of,
 )
 from tactogram_studio.pages.studies.joining import reachable_roots
+from tactogram_studio.study_draft.draft import copy_study
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.participants.prepared_stimuli import PreparedStimuli
 from tactogram_study.session.store import SessionStore

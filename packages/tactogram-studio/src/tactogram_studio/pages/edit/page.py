@@ -15,6 +15,7 @@ from tactogram.rendering import haptic_format, haptic_formats, to_one_axis
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.editor import Editor
 from tactogram_studio.effects.effect import (
     Effect,
     Track,
@@ -23,8 +24,7 @@ from tactogram_studio.effects.effect import (
     track_of,
     track_of_signal,
 )
-from tactogram_studio.pages.edit.editor import Editor
-from tactogram_studio.pages.edit.exports import (
+from tactogram_studio.effects.files import (
     EFFECT,
     SavedEffects,
     WrittenFile,

@@ -19,7 +19,7 @@ from tactogram_capture.session.journal import FILE as JOURNAL
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
+from tactogram_studio.tasks.live import LiveRequest, LiveRunner
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.runs import RunCatalogue
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
-from tactogram_studio.pages.make.runs import point_of, weights_at
+from tactogram_studio.generation.runs import point_of, weights_at
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage

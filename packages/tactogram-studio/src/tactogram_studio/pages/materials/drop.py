@@ -16,9 +16,9 @@ from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
 from tactogram.workflows import add_signal
 from tactogram_studio import kit
 from tactogram_studio.pages.materials.media import HEAD, address, draw_similar
-from tactogram_studio.pages.materials.recordings import open_named
 from tactogram_studio.signals.view import add_routes, signal_card
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.recordings import open_named
 from tactogram_studio.workspace.uploads import save_upload
 
 FIELDS = {

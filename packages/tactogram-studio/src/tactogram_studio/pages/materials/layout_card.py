@@ -27,7 +27,7 @@ from tactogram.signal.io import (
 )
 from tactogram.validation import validated
 from tactogram_studio import kit
-from tactogram_studio.pages.materials.recordings import trace_svg
+from tactogram_studio.workspace.recordings import trace_svg
 
 STREAM_ROLES = ("force", "position")
 """Streams of their own beside the axes; one column is their z, three are x, y and z."""

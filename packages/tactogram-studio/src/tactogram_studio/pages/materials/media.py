@@ -14,7 +14,11 @@ from tactogram.errors import TactogramError
 from tactogram.signal import Signal
 from tactogram.workflows import find_similar
 from tactogram_studio import kit
-from tactogram_studio.pages.materials.recordings import (
+from tactogram_studio.signals.pictures import spectrogram_png
+from tactogram_studio.signals.sound import range_response, sound_of
+from tactogram_studio.signals.traits import traits_of
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.recordings import (
     UNITS,
     open_named,
     picture_of,
@@ -24,10 +28,6 @@ from tactogram_studio.pages.materials.recordings import (
     thumbnail,
     trace_svg,
 )
-from tactogram_studio.signals.pictures import spectrogram_png
-from tactogram_studio.signals.sound import range_response, sound_of
-from tactogram_studio.signals.traits import traits_of
-from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.runs import RunCatalogue
 
 HEAD = '<link rel="stylesheet" href="/static/materials.css">'

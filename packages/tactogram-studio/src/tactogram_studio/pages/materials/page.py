@@ -15,10 +15,10 @@ from tactogram_studio.kit.files import RECEIVING_HEAD, drop_zone, folder_chooser
 from tactogram_studio.kit.tasks import TaskCards, TaskStart
 from tactogram_studio.pages.materials import drop, import_page, store
 from tactogram_studio.pages.materials.media import HEAD, add_routes, address
-from tactogram_studio.pages.materials.recordings import open_named
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.recordings import open_named
 
 UPDATE_S = 1.5
 

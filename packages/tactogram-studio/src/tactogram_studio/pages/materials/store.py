@@ -15,7 +15,9 @@ from tactogram.errors import TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.pages.materials.media import HEAD, address, draw_recording, draw_similar, picture
-from tactogram_studio.pages.materials.recordings import (
+from tactogram_studio.signals.view import add_routes, signal_card
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.recordings import (
     FIELDS,
     NAMES,
     UNITS,
@@ -28,8 +30,6 @@ from tactogram_studio.pages.materials.recordings import (
     picture_of,
     stream_of,
 )
-from tactogram_studio.signals.view import add_routes, signal_card
-from tactogram_studio.workspace.folder import Workspace
 
 PER_PAGE = 20
 SHOWN_MATERIALS = 60

@@ -10,7 +10,7 @@ from nicegui import ui
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
-from tactogram_studio.pages.send.sending import SendResult, SendService
+from tactogram_studio.workspace.sent import SendResult, SendService
 from tactogram_studio.workspace.shelf import SelectedSignal
 
 

@@ -14,7 +14,7 @@ from tactogram.workflows import levels_of, list_displays
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.pages.send.device import DeviceCard, Speaker
-from tactogram_studio.pages.send.sending import LEVEL_VALUES, LEVELS, DriveRequest, SendService, level_text
+from tactogram_studio.workspace.sent import LEVEL_VALUES, LEVELS, DriveRequest, SendService, level_text
 from tactogram_studio.workspace.shelf import SelectedSignal
 
 

@@ -22,7 +22,7 @@ from tactogram.rendering import (
 from tactogram.signal import Signal, played
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
-from tactogram_studio.pages.send.sending import FileRequest, SendResult
+from tactogram_studio.workspace.sent import FileRequest, SendResult
 
 MOST_POINTS = 500
 Curve = tuple[list[float], list[float]]

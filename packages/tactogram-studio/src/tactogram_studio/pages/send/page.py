@@ -15,9 +15,9 @@ from tactogram_studio.context import Studio
 from tactogram_studio.pages.send.device import Speaker
 from tactogram_studio.pages.send.display import DisplayCards
 from tactogram_studio.pages.send.files import FileCards
-from tactogram_studio.pages.send.sending import SendService
 from tactogram_studio.signals.view import add_routes, placeholder, signal_card
 from tactogram_studio.workspace.commands import free_name
+from tactogram_studio.workspace.sent import SendService
 from tactogram_studio.workspace.shelf import LONGEST_TITLE, SelectedSignal
 from tactogram_studio.workspace.uploads import read_uploaded_signal, safe_name
 

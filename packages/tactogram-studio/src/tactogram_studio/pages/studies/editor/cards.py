@@ -9,9 +9,6 @@ from nicegui import ui
 
 from tactogram.rendering import shipped
 from tactogram_studio import kit
-from tactogram_studio.pages.send.sending import LEVEL_VALUES, LEVELS, level_text
-from tactogram_studio.pages.studies.editor.fields import Place, fields_of, help_of
-from tactogram_studio.pages.studies.editor.stimuli import stimulus_names
 from tactogram_studio.pages.studies.editor.stimuli_view import listed_stimuli
 from tactogram_studio.pages.studies.editor.widgets import (
     TYPED,
@@ -27,6 +24,9 @@ from tactogram_studio.pages.studies.editor.widgets import (
     row_of_list,
     without,
 )
+from tactogram_studio.study_draft.fields import Place, fields_of, help_of
+from tactogram_studio.study_draft.stimuli import stimulus_names
+from tactogram_studio.workspace.sent import LEVEL_VALUES, LEVELS, level_text
 from tactogram_study.designs import Design, designs
 from tactogram_study.planned import PlannedAnalysis
 from tactogram_study.practice import Practice

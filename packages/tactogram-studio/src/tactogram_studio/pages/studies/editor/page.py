@@ -20,10 +20,10 @@ from tactogram_studio.context import Studio
 from tactogram_studio.pages.studies.catalogue import begin_dialog
 from tactogram_studio.pages.studies.editor import cards
 from tactogram_studio.pages.studies.editor.cards import questions
-from tactogram_studio.pages.studies.editor.draft import DraftCheck, StudyDraft, check_draft
-from tactogram_studio.pages.studies.editor.fields import Place
 from tactogram_studio.pages.studies.editor.stimuli_view import stimuli
 from tactogram_studio.pages.studies.editor.widgets import FaultMarks, part
+from tactogram_studio.study_draft.draft import DraftCheck, StudyDraft, check_draft
+from tactogram_studio.study_draft.fields import Place
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.stimuli import limited_lines
 
