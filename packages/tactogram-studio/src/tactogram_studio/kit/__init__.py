@@ -19,8 +19,17 @@ from tactogram_studio.kit.cards import (
     table,
     table_head,
 )
-from tactogram_studio.kit.fields import Form, NumberField, declared_field, in_range
-from tactogram_studio.kit.files import KINDS, file_button, file_field, option_choice, signal_choice
+from tactogram_studio.kit.fields import (
+    KINDS,
+    Form,
+    NumberField,
+    declared_field,
+    file_button,
+    file_field,
+    in_range,
+    option_choice,
+    signal_choice,
+)
 from tactogram_studio.layout import busy, in_background, page, route
 
 __all__ = [

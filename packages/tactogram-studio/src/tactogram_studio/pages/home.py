@@ -14,7 +14,7 @@ from tactogram_studio.context import Studio
 from tactogram_studio.generation.form import GenerationRequest
 from tactogram_studio.generation.runs import GeneratingRuns
 from tactogram_studio.generation.state import MakePageState
-from tactogram_studio.kit.files import RECEIVING_HEAD, drop_zone, receiving_status
+from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.layout import PAGES
 from tactogram_studio.workspace.shelf import KeptResult

@@ -22,7 +22,7 @@ from tactogram.recipe import parse_changes
 from tactogram.signal.io import TableLayout
 from tactogram.workflows import list_sets
 from tactogram_studio import kit
-from tactogram_studio.kit.files import (
+from tactogram_studio.kit.fields import (
     RECEIVING_HEAD,
     add_receiving_route,
     drop_zone,
