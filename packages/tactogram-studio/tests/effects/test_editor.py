@@ -1,9 +1,8 @@
 import pytest
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram_studio.effects import Effect, Track, ready_effects
 from tactogram_studio.effects.editor import Editor
-from tactogram_studio.effects.files import SavedEffects
 
 
 def ready(*titles):
@@ -108,16 +107,3 @@ def test_a_bad_event_is_refused_and_changes_nothing(event, message):
     with pytest.raises(ParameterError, match=message):
         editor.handle(event)
     assert editor.effect == before
-
-
-def test_a_saved_effect_is_replaced_listed_and_deleted(tmp_path):
-    saved = SavedEffects(tmp_path / "effects")
-    effect = ready("Tap").effect.changed(title="Mine")
-    first = saved.add(Effect())
-    saved.save(first, effect)
-    assert (saved.get(first), saved.titles()) == (effect, {first: "Mine"})
-    (tmp_path / "effects" / first / "effect.json").write_text("{")
-    assert saved.titles() == {}
-    saved.remove(first)
-    with pytest.raises(DataError, match="it was deleted"):
-        saved.save(first, effect)

@@ -16,7 +16,6 @@ from tactogram_studio.effects import (
     track_of,
     track_of_signal,
 )
-from tactogram_studio.effects.editing import shifted
 from tactogram_studio.effects.effect import effect_from_json, signal_of
 
 
@@ -86,21 +85,6 @@ def test_a_ready_effect_is_short_strong_and_fits_every_format(title, tmp_path):
         path = tmp_path / f"{name}{kind.suffix}"
         assert write_haptic(path, events, format=name)["full_scale"] == 1
         assert read_haptic(path, format=name).signal.samples.any()
-
-
-@pytest.mark.parametrize("format", ["ahap", "haptic"])
-def test_what_was_drawn_comes_back_from_a_file(format, tmp_path):
-    tap, buzz = ready_effects()["Double tap"].track, ready_effects()["Ramp down"].track
-    effect = Effect(tracks=(tap, shifted(buzz, 0.3)))
-    path = tmp_path / f"x.{format}"
-    write_haptic(path, mixed(effect), format=format)
-    track = track_of(read_haptic(path).events, "Read")
-    assert [(one.time, round(one.amplitude, 3)) for one in track.transients] == [(0.0, 0.8), (0.12, 1.0)]
-    t = np.array([0.2, 0.31, 0.6, 0.9])
-    drawn = np.interp(t, [p.time for p in track.amplitude], [p.value for p in track.amplitude])
-    assert drawn == pytest.approx([0, 1, 0.508, 0], abs=0.03)
-    hz = np.interp(t[2], [p.time for p in track.frequency], [p.value for p in track.frequency])
-    assert hz == pytest.approx(160, abs=6)
 
 
 def test_a_signal_becomes_a_track_relative_to_its_peak():

@@ -6,7 +6,8 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import haptic_formats, read_haptic
 from tactogram_studio.effects import Effect, Track, ready_effects
-from tactogram_studio.effects.files import WrittenFiles, feel_path, file_by_ticket
+from tactogram_studio.effects.editor import Editor
+from tactogram_studio.effects.files import SavedEffects, WrittenFiles, feel_path, file_by_ticket
 from tactogram_study.participants.tickets import SessionKeys
 
 KEYS = SessionKeys("j" * 16, bytes(32))
@@ -79,3 +80,23 @@ def test_a_ticket_leads_to_its_own_file_only(tmp_path):
             file_by_ticket(text, files, KEYS)
     with pytest.raises(DataError, match="no such file"):
         file_by_ticket(ticket, files, SessionKeys("j" * 16, bytes(31) + b"1"))
+
+
+def ready(*titles):
+    editor = Editor(Effect())
+    for title in titles:
+        editor.insert((ready_effects()[title].track,))
+    return editor
+
+
+def test_a_saved_effect_is_replaced_listed_and_deleted(tmp_path):
+    saved = SavedEffects(tmp_path / "effects")
+    effect = ready("Tap").effect.changed(title="Mine")
+    first = saved.add(Effect())
+    saved.save(first, effect)
+    assert (saved.get(first), saved.titles()) == (effect, {first: "Mine"})
+    (tmp_path / "effects" / first / "effect.json").write_text("{")
+    assert saved.titles() == {}
+    saved.remove(first)
+    with pytest.raises(DataError, match="it was deleted"):
+        saved.save(first, effect)

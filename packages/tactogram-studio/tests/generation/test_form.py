@@ -4,12 +4,15 @@ import json
 import shlex
 from dataclasses import asdict, replace
 
+import numpy as np
 import pytest
 
 from tactogram import models
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import ParameterError
 from tactogram.model import ImageKind, SignalKind
+from tactogram.signal import Image
+from tactogram.signal.io import write_image
 from tactogram_studio.generation.form import (
     DRAWN,
     PARTS,
@@ -19,13 +22,25 @@ from tactogram_studio.generation.form import (
     check_request,
     command,
     form_of,
+    form_of_run,
     word_label,
 )
-from tactogram_studio.pages.make.form_view import scale_text
+from tactogram_studio.generation.runs import (
+    GeneratingRuns,
+)
+from tactogram_studio.generation.state import MakePageState
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.shelf import ResultArchive
 
 MATERIALS = ("cork", "felt", "tile")
+
+
 SIGNALS = SignalKind(1000.0, "m/s^2", ("x", "y", "z"), MATERIALS, words=WORDS, scale=(1.0, 7.0))
+
+
 IMAGES = ImageKind(WORDS, (0.0, 1.0), ("a",))
+
+
 MODELS = {f"{f.name}-{f.learns_from}": f for found in models.available().values() for f in found.faces}
 
 
@@ -91,8 +106,14 @@ def test_weights_are_divided_by_their_sum_or_left_free():
 
 
 MIX = GenerationForm(("materials",), ("speed", "force"), MATERIALS)
+
+
 PHOTO = GenerationForm(("photo",), ("materials",), MATERIALS)
+
+
 DESCRIBED = GenerationForm(("materials",), ("speed",), MATERIALS, instead=("photo", "vibration"))
+
+
 BY_WORDS = GenerationForm(("words",), ("vibration",), words=WORDS)
 
 
@@ -222,12 +243,6 @@ def test_words_are_in_both_languages():
     assert word_label("other") == "other"
 
 
-def test_the_sliders_of_words_are_explained_by_the_runs_own_scale():
-    assert scale_text((1.0, 7.0)) == scale_text(None) == "1 (not at all) to 7 (very)."
-    assert "4 half, 7 everybody" in scale_text(IMAGES.scale)
-    assert "own ratings, 0 to 100," in scale_text((0.0, 100.0))
-
-
 def test_a_photograph_or_recording_replaces_the_materials():
     request = GenerationRequest("runs/a", weights={"cork": 1.0}, photo="p-1a.png", vibration="v-2b.npz")
 
@@ -244,3 +259,60 @@ def test_a_photograph_or_recording_replaces_the_materials():
     with pytest.raises(ParameterError, match="weight of at least one material"):
         check_request(GenerationRequest("runs/a"), DESCRIBED)
     assert PHOTO.used(request) == request
+
+
+@pytest.fixture
+def state(workspace):
+    """Give the state of a new page."""
+    return state_of(workspace)
+
+
+def state_of(folder):
+    place = Workspace.at(folder)
+    return MakePageState(place, ResultArchive(place.studio_folder / "kept"), GeneratingRuns(place), {})
+
+
+def test_a_photograph_is_offered_in_place_of_a_material_where_some_were_trained_on(state):
+    [run] = [run for run in state.runs.finished() if run.name == "texture_flow"]
+    for photographs, offered in ({}, False), ({"train": 0, "test": 3}, False), ({"train": 3}, True):
+        seen = replace(run, data={"name": "surfaces", "photographs": photographs})
+        assert ("photo" in form_of_run(seen).instead) == offered
+
+
+def test_what_is_outside_of_what_was_learned_is_said_of_a_result(state, tmp_path):
+    name = state.form.materials[0]
+    asked = replace(state.request, weights={name: 1.0}, speed_mm_s=900.0)
+    [(_, made)] = state.runs.generate(asked)
+    result = state.store_result(asked, state.run, 1, made, state.runs.said(asked))
+    [sentence] = result.facts["limited"]
+    assert sentence.startswith(f"speed 900 mm/s is outside of what was recorded of {name}: it counts as ")
+    assert state.runs.said(replace(asked, speed_mm_s=None)) == {"described": ""}
+    shipped = GenerationRequest("texture_flow", {"cork": 1.0}, motion="simulated", seconds=2.0)
+    assert "of the motion, is outside of" in state.runs.said(shipped)["limited"][0]
+
+
+def test_a_text_is_the_material_named_a_mix_of_those_like_it_or_refused(state):
+    everyday = GenerationRequest("texture_flow", {"cork": 1.0})
+    assert state.runs.described(everyday, "Corrugated cardboard").weights == {"corrugated-cardboard": 1.0}
+    blanket = state.runs.described(everyday, "a wool blanket")
+    assert next(iter(blanket.weights)) == "wool-knit"
+    assert blanket.text == ""
+    with pytest.raises(ParameterError, match="'xyzzy' is like none of the 84; the nearest are"):
+        state.runs.described(everyday, "xyzzy")
+    said = state.runs.said(replace(blanket, text="a wool blanket"))  # of another run, where it was predicted
+    assert said["described"] == f"Described: wool-knit {said['material']['wool-knit']:g}, scouring-pad " + (
+        f"{said['material']['scouring-pad']:g}."
+    )
+
+
+def test_a_cropped_photograph_is_a_file_for_the_command(state):
+    pixels = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
+    write_image(state.photographs / "stone-1.png", Image(pixels))
+    request = GenerationRequest(photo="studio/photos/stone-1.png", crop=(0.5, 0.25, 1.0, 0.75))
+
+    name = state.photo_file(request)
+
+    part = state.runs.photograph(GenerationRequest(photo=name))
+    assert np.array_equal(part.pixels, pixels[10:30, 30:60])
+    assert state.photo_file(request) == name
+    assert state.photo_file(replace(request, crop=None)) == request.photo

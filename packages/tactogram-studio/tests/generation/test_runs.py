@@ -1,6 +1,5 @@
 """Runs and state of the page Make: same samples as the command, comparison with recordings, results and history."""
 
-import json
 import shlex
 import threading
 from dataclasses import replace
@@ -15,10 +14,9 @@ from tactogram.datasets.ratings.ratings import EVOKED, Ratings
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_signal, write_image
+from tactogram.signal.io import read_signal
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.train import train
-from tactogram_studio.generation.form import GenerationRequest, form_of_run
 from tactogram_studio.generation.runs import (
     APART,
     MARGIN,
@@ -30,15 +28,17 @@ from tactogram_studio.generation.runs import (
     positions,
     weights_at,
 )
-from tactogram_studio.generation.state import MOST_COMPARED, MOST_STEPS, MakePageState
-from tactogram_studio.pages.make.files import store_motion
-from tactogram_studio.pages.make.mix_view import map_options
+from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.pages.make.page import MakePage
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 
 VOICES = "studio/first/voices"
+
+
 PLACES = np.array([[0.2, 0.2], [0.8, 0.2], [0.5, 0.8], [0.5, 0.45], [0.2, 0.7]])
+
+
 unit = st.floats(0, 1)
 
 
@@ -51,11 +51,6 @@ def state(workspace):
 def state_of(folder):
     place = Workspace.at(folder)
     return MakePageState(place, ResultArchive(place.studio_folder / "kept"), GeneratingRuns(place), {})
-
-
-def reloaded(state):
-    """Return the state of a page after a reload."""
-    return MakePageState(state.workspace, state.shelf, state.runs, json.loads(json.dumps(state.storage)))
 
 
 def test_the_first_run_is_chosen_with_a_valid_form(state):
@@ -82,30 +77,6 @@ def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert state.command().startswith("tactogram generate texture_flow --words rough=6 --seconds 0.5")
 
 
-def test_a_motion_is_followed(state):
-    name = store_motion(
-        state.motions, "hand.csv", b"time_s,speed_mm_s,force_n\n0,200,1\n1,200,1\n1.1,200,0\n2,0,0\n"
-    )
-    state.choose("texture_flow")
-    state.set(weights={"corduroy": 1.0}, motion=state.workspace.name_of(state.motions / name))
-
-    ((_, made),) = state.runs.generate(state.request)
-
-    assert made.seconds == 2
-    assert made.samples[0, :2000].std() > 1
-    assert np.ptp(made.samples[0, 3000:]) == 0
-    assert f"--motion studio/motions/{name}" in state.command()
-    state.set(motion="simulated", seconds=0.5)
-    ((_, other),) = state.runs.generate(state.request)
-    assert other.seconds == 0.5
-
-
-def test_what_is_no_motion_is_not_stored(state):
-    with pytest.raises(DataError, match=r"^bad.csv: line 1: expected columns of time_s"):
-        store_motion(state.motions, "bad.csv", b"a,b\n1,2\n")
-    assert not any(file.name.startswith(("bad", ".bad")) for file in state.motions.glob("*"))
-
-
 def test_a_run_of_images_leaves_the_unticked_words_open(tmp_path):
     rng = np.random.default_rng(0)
     items = [f"i{number}" for number in range(6)]
@@ -127,13 +98,6 @@ def test_a_run_of_images_leaves_the_unticked_words_open(tmp_path):
     [same] = generate(loaded, {"words": {"rough": 5 / 6}}, seed=3)
     np.testing.assert_array_equal(made.pixels, same.pixels)
     assert state.command() == "tactogram generate runs/drawn --words rough=6 --seed 3 --out made.png"
-
-
-def test_a_photograph_is_offered_in_place_of_a_material_where_some_were_trained_on(state):
-    [run] = [run for run in state.runs.finished() if run.name == "texture_flow"]
-    for photographs, offered in ({}, False), ({"train": 0, "test": 3}, False), ({"train": 3}, True):
-        seen = replace(run, data={"name": "surfaces", "photographs": photographs})
-        assert ("photo" in form_of_run(seen).instead) == offered
 
 
 def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, capsys):
@@ -186,32 +150,6 @@ def test_the_nearest_recordings_by_spectrum_are_of_the_material(state):
     assert state.runs.classifier_for(state.run) is None
 
 
-def test_what_is_outside_of_what_was_learned_is_said_of_a_result(state, tmp_path):
-    name = state.form.materials[0]
-    asked = replace(state.request, weights={name: 1.0}, speed_mm_s=900.0)
-    [(_, made)] = state.runs.generate(asked)
-    result = state.store_result(asked, state.run, 1, made, state.runs.said(asked))
-    [sentence] = result.facts["limited"]
-    assert sentence.startswith(f"speed 900 mm/s is outside of what was recorded of {name}: it counts as ")
-    assert state.runs.said(replace(asked, speed_mm_s=None)) == {"described": ""}
-    shipped = GenerationRequest("texture_flow", {"cork": 1.0}, motion="simulated", seconds=2.0)
-    assert "of the motion, is outside of" in state.runs.said(shipped)["limited"][0]
-
-
-def test_a_text_is_the_material_named_a_mix_of_those_like_it_or_refused(state):
-    everyday = GenerationRequest("texture_flow", {"cork": 1.0})
-    assert state.runs.described(everyday, "Corrugated cardboard").weights == {"corrugated-cardboard": 1.0}
-    blanket = state.runs.described(everyday, "a wool blanket")
-    assert next(iter(blanket.weights)) == "wool-knit"
-    assert blanket.text == ""
-    with pytest.raises(ParameterError, match="'xyzzy' is like none of the 84; the nearest are"):
-        state.runs.described(everyday, "xyzzy")
-    said = state.runs.said(replace(blanket, text="a wool blanket"))  # of another run, where it was predicted
-    assert said["described"] == f"Described: wool-knit {said['material']['wool-knit']:g}, scouring-pad " + (
-        f"{said['material']['scouring-pad']:g}."
-    )
-
-
 def test_a_comparison_needs_the_training_data(state):
     lost = replace(state.run, data={"path": "/etc", "sha256": "0"})
     [(_, made)] = state.runs.generate(state.request)
@@ -233,92 +171,9 @@ def test_a_deleted_run_is_refused_with_a_reason(state):
         state.runs.get("runs/gone")
 
 
-def test_a_form_survives_a_reload_with_its_history(state):
-    state.set(speed_mm_s=None, seed=5)
-    state.commit()
-    state.set(seed=6)
-    state.commit()
-
-    again = reloaded(state)
-
-    assert again.request.seed == 6
-    again.undo()
-    assert again.request.seed == 5
-    again.undo()
-    assert again.request.seed == 0
-    again.redo()
-    assert again.request.seed == 5
-    with pytest.raises(ParameterError, match="Nothing to undo"):
-        MakePageState(state.workspace, state.shelf, state.runs, {}).undo()
-
-
-def test_the_history_is_bounded_and_a_change_ends_what_was_undone(state):
-    for seed in range(1, MOST_STEPS + 20):
-        state.set(seed=seed)
-        state.commit()
-    assert len(state.storage["past"]) == MOST_STEPS
-    state.undo()
-    state.set(seed=7)
-    state.commit()
-    with pytest.raises(ParameterError, match="Nothing to redo"):
-        state.redo()
-
-
-def test_results_are_stored_shown_kept_and_survive_a_reload(state):
-    [(_, made)] = state.runs.generate(state.request)
-    first, second = (state.store_result(state.request, state.run, 1, made) for _ in range(2))
-    state.show([first])
-    state.show([second])
-    state.add_comparison(f"made:{first.id}")
-    kept = state.shelf.keep_copy(second)
-    state.record_kept(f"made:{second.id}", kept)
-
-    again = reloaded(state)
-
-    assert again.current_result().id == second.id
-    assert [result.id for result in again.results()] == [second.id, first.id]
-    assert [result.id for _, result in again.compared()] == [first.id]
-    assert again.kept_id(f"made:{second.id}") == kept.id
-    assert kept.facts["run"] == VOICES
-    assert kept.facts["simulated"] is True
-    assert kept.facts["condition"]["weights"] == state.request.weights
-    assert np.array_equal(kept.signal().samples, made.samples)
-    again.rename(f"made:{second.id}", "my cork")  # here, and where it is kept
-    assert [again.current_result().title, again.shelf.get(kept.id).title] == ["my cork"] * 2
-    state.shelf.remove(kept.id)
-    assert again.kept_id(f"made:{second.id}") == ""
-
-
-def test_the_number_of_compared_results_is_limited(state):
-    [(_, made)] = state.runs.generate(replace(state.request, seconds=0.1))
-    results = [state.store_result(state.request, state.run, 1, made) for _ in range(MOST_COMPARED + 1)]
-    names = [f"made:{result.id}" for result in results]
-    for name in names[:-1]:
-        state.add_comparison(name)
-
-    with pytest.raises(ParameterError, match="remove one first"):
-        state.add_comparison(names[-1])
-    state.remove_comparison(names[0])
-    state.add_comparison(names[-1])
-    assert len(state.compared()) == MOST_COMPARED
-
-
 @pytest.mark.parametrize("name", ["", "made:", "made:../../x", "other:1", "kept:20200101-000000-000000"])
 def test_a_missing_result_is_none(state, name):
     assert state.find(name) is None
-
-
-def test_a_cropped_photograph_is_a_file_for_the_command(state):
-    pixels = np.arange(40 * 60 * 3, dtype=np.uint8).reshape(40, 60, 3)
-    write_image(state.photographs / "stone-1.png", Image(pixels))
-    request = GenerationRequest(photo="studio/photos/stone-1.png", crop=(0.5, 0.25, 1.0, 0.75))
-
-    name = state.photo_file(request)
-
-    part = state.runs.photograph(GenerationRequest(photo=name))
-    assert np.array_equal(part.pixels, pixels[10:30, 30:60])
-    assert state.photo_file(request) == name
-    assert state.photo_file(replace(request, crop=None)) == request.photo
 
 
 def test_the_smallest_crop_is_a_pixel():
@@ -425,12 +280,3 @@ def test_levels_cover_the_shared_bands():
     assert level.shape[0] == 2
     assert level.shape[1] >= 8
     assert np.ptp(level) <= 60
-
-
-def test_the_chart_has_each_material_at_its_place():
-    chart = map_options("abcde", PLACES)
-
-    dots = chart["series"]["data"]
-    assert [dot["name"] for dot in dots] == list("abcde")
-    np.testing.assert_array_equal([dot["value"] for dot in dots], PLACES)
-    assert [dot["label"]["position"] for dot in dots] == ["right", "left", "left", "left", "right"]

@@ -1,6 +1,5 @@
 import json
 import signal
-import sys
 import urllib.error
 import urllib.request
 
@@ -10,10 +9,13 @@ import pytest
 from tactogram.datasets import open_store
 from tactogram.signal import Image
 from tactogram.signal.io import read_signal, write_image
-from tactogram_studio.workspace.starter_data import StarterData
 
 ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
+
+
 PAGES = ("Make", "Touch", "Edit", "Materials", "Train", "Send", "Live", "Studies", "Reports")
+
+
 WIDTH = "document.documentElement.scrollWidth"
 
 
@@ -140,24 +142,6 @@ def test_dark_or_light_is_as_the_system_until_chosen_and_remembered(tab):
     tab.wait_for_selector(".body--light")
     tab.get_by_role("button", name="Light or dark").click()
     tab.get_by_role("menuitemradio", name="Light", checked=True).wait_for()
-
-
-def test_an_interrupted_preparation_starts_again(tmp_path):
-    starter = StarterData(tmp_path / "first")
-    (starter.store / "half").mkdir(parents=True)
-
-    assert starter.state == "absent"
-    starter._follow = lambda command: None
-    starter._make()
-    assert not (starter.store / "half").exists()
-
-
-def test_the_page_says_why_the_preparation_failed(tmp_path):
-    starter = StarterData(tmp_path)
-    starter._follow([sys.executable, "-c", "print('learning'); raise SystemExit('no space is left')"])
-
-    assert starter.state == "failed"
-    assert starter.line == "the example surfaces could not be made: no space is left"
 
 
 def test_an_unknown_page_is_not_found(server):

@@ -1,9 +1,3 @@
-"""The page Touch in a browser: its sound thread makes what Python's stream makes of the same motion.
-
-Sound is rendered offline by the page's own worklet. Both sides get the same noise: the script's generator, written here
-a second time.
-"""
-
 import base64
 import math
 import re
@@ -14,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.families import pattern
@@ -32,26 +27,49 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_studio.pages.touch import parse_request
 from tactogram_studio.touch.tables import table_of_map
 
+"""The page Touch in a browser: its sound thread makes what Python's stream makes of the same motion.
+
+Sound is rendered offline by the page's own worklet. Both sides get the same noise: the script's generator, written here
+a second time.
+"""
+
+
 RATE, MOST = 48_000.0, 128
+
+
 VOICES = "studio/first/voices"
+
+
 RIDGES = "recordings/ridges.npz"
+
+
 SETTINGS = MotionSettings(late_s=0.06)
+
+
 """The browser's only difference: it may hold pointer events back for longer."""
 
+
 TABLES = "() => window.tactogramTouch.rows.tables().map(({head}) => ({head}))"
+
 
 COUNTS = """() => {
   const {used, late, out_of_order} = window.tactogramTouch.report.counts;
   return {used, late, out_of_order};
 }"""
+
+
 ALL_TOLD = """(before) => {
   const {report: {counts}, pad: {track}} = window.tactogramTouch;
   const told = Object.keys(before).reduce((sum, name) => sum + counts[name] - before[name], 0);
   return told >= track.length;
 }"""
+
+
 """Whether the sound thread has told of every sample of the pad's."""
+
 
 RENDER = """async ({queries, rate, seconds, gain = 1, ...rest}) => {
   const {readTable} = await import('/static/touch_textures.js');
@@ -266,7 +284,11 @@ def peak_hz(samples):
 
 
 FILE = {"where": "file", "of": RIDGES}
+
+
 TILE = {"where": "run", "of": VOICES, "material": "tile", "lay": "table"}
+
+
 GRASS = {**TILE, "material": "artificial-grass"}
 
 
@@ -674,3 +696,19 @@ def test_an_everyday_material_is_felt_by_its_name(touch, workspace):
     touch.get_by_text("corduroy is selected").wait_for()
     touch.wait_for_function("window.tactogramTouch.rows.tables()[0]?.head.name == 'corduroy'")
     assert load_run(workspace / "clones" / "corduroy").kind.materials == ("corduroy",)
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"where": "net"}, "where: must be 'run', 'kept' or 'file', got 'net'"),
+        ({"lay": "spiral"}, "lay: must be 'auto', .*got 'spiral'"),
+        ({"rate": "10"}, "rate: must be greater than or equal to 8000, got '10'"),
+        ({"speed": "nan"}, "speed_mm_s: must be .*got 'nan'"),
+        ({"seed": "-1"}, "seed: must be greater than or equal to 0, got '-1'"),
+        ({"of": ""}, "of: "),
+    ],
+)
+def test_what_makes_no_sense_is_refused_before_anything_is_read(values, words):
+    with pytest.raises(ParameterError, match=words):
+        parse_request({"where": "run", "of": "x", **values})

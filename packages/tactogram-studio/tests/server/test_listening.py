@@ -1,9 +1,7 @@
 import asyncio
-import io
 import ipaddress
 import re
 import socket
-import sys
 from urllib.parse import unquote
 
 import pytest
@@ -23,15 +21,21 @@ from tactogram_studio.server.listening import (
     svg_qr_code,
     terminal_qr_code,
 )
-from tactogram_studio.serving import shown_qr_code
 
 NUMBERS = ("192.0.2.7", "198.51.100.7")
+
+
 UPGRADE = (
     b"GET / HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
     b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
 )
+
+
 CLOSE = bytes([0x88, 0x82, 0, 0, 0, 0, 0x03, 0xE8])  # mserved, 1000
+
+
 segno = pytest.importorskip("segno")
+
 
 ADDRESS = "https://192.0.2.7:8123/join/abcdefghijklmnopqrstuv"
 
@@ -249,15 +253,3 @@ def test_the_picture_is_dark_on_light_and_asks_no_other_host():
     assert kind.startswith("data:image/svg+xml")
     assert ("fill='#fff'" in svg, "stroke='#000'" in svg) == (True, True)
     assert re.findall("https?://[^'\"]*", svg) == ["http://www.w3.org/2000/svg"]
-
-
-@pytest.mark.parametrize(
-    ("encoding", "terminal", "shown"),
-    [("utf-8", True, True), ("utf-8", False, False), ("euc_jp", True, False)],
-)
-def test_only_a_terminal_that_has_its_characters_shows_it(monkeypatch, encoding, terminal, shown):
-    screen = io.TextIOWrapper(io.BytesIO(), encoding=encoding)
-    monkeypatch.setattr(screen, "isatty", lambda: terminal)
-    monkeypatch.setattr(sys, "stdout", screen)
-    monkeypatch.setenv("COLUMNS", "120")
-    assert bool(shown_qr_code(ADDRESS)) == shown

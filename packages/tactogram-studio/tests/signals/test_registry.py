@@ -119,30 +119,3 @@ def test_the_loop_goes_on_while_pictures_are_worked_out(page, tmp_path, monkeypa
     assert [said(place)[0][:10] for place in places] == ["0.0707 m/s", "0.283 m/s²"]
     charts = [[e for e in place.descendants() if isinstance(e, ui.echart)] for place in places]
     assert {chart[0].options["yAxis"][0]["max"] for chart in charts} == {0.5}  # on one scale
-
-
-@pytest.mark.parametrize("left", ["page", "cards"])
-def test_a_page_that_was_left_meanwhile_is_left_alone(page, left):
-    with ui.element("div") as around:
-        places, fill = cards([view.SignalEntry(tone(0.2), "A")])
-    page.delete() if left == "page" else around.delete()
-
-    asyncio.run(fill)
-
-    assert said(places[0]) == []
-
-
-def test_signals_of_other_units_are_on_scales_of_their_own(page):
-    places, fill = cards([view.SignalEntry(tone(0.4), "A"), view.SignalEntry(tone(40.0, unit="N"), "B")])
-
-    asyncio.run(fill)
-
-    assert all("has its own scales" in said(place)[-1] for place in places)
-
-
-def test_a_file_that_is_gone_is_told_in_its_card(page, tmp_path):
-    places, fill = cards([view.SignalEntry(tmp_path / "gone.npz", "A")])
-
-    asyncio.run(fill)
-
-    assert said(places[0])[0].startswith("This signal cannot be shown: ")

@@ -9,13 +9,10 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
 from tactogram.workflows.generation.preview import sample, sample_choices
-from tactogram.workflows.results_table import evaluation_results
 from tactogram.workflows.training.compatibility import check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
 from tactogram.workflows.training.requests import TrainingRequest
-from tactogram.workflows.training.run_lock import run_lock
 from tactogram.workflows.training.train import train
-from tactogram_studio.pages.train.watch import state_of
 from tactogram_studio.tasks import log as tasks_log
 from tactogram_studio.tasks.log import (
     DetachedProcess,
@@ -32,12 +29,14 @@ from tactogram_studio.tasks.log import (
     time_left,
 )
 from tactogram_studio.tasks.queue import StudioTask, TaskQueue
-from tactogram_studio.workspace.commands import command_line, free_name
 from tactogram_studio.workspace.folder import Workspace
-from tactogram_studio.workspace.runs import run_summary
 
 STORE = "studio/first/surfaces"
+
+
 STEPS = 150
+
+
 ARGUMENTS = ["--set", f"config.steps={STEPS}", "--set", "training.checkpoint_every=100000", "--split", "all"]
 
 
@@ -136,28 +135,6 @@ def test_a_process_with_a_reused_number_is_another_one(trainings, tmp_path, unti
     assert "killed, or the machine was switched off" in trainings.status(task).message
     assert process.kill()
     until(lambda: not process.alive())
-
-
-def test_a_run_that_another_process_trains_is_protected(trainings, workspace):
-    run = workspace / "runs/elsewhere"
-    run.mkdir(parents=True)
-    (run / "recipe.toml").write_text('model = "stroke_cnn"\n')
-    assert state_of(run_summary(run), None) == "unfinished"
-    with run_lock(run):
-        assert state_of(run_summary(run), None) == "running"
-        with pytest.raises(ParameterError, match="outside the studio is training it; wait"):
-            trainings.resume_run(run)
-        with pytest.raises(ParameterError, match="outside the studio is training it; stop it before"):
-            trainings.delete_run(run)
-        trainings._write(record("runs/elsewhere", stop_asked=True))
-        # Also if the studio once started it.
-        with pytest.raises(ParameterError, match="outside the studio is training it; wait"):
-            trainings.resume_run(run)
-    left = run.with_name(".deleted-0a1b2c.gone")
-    (left / "samples").mkdir(parents=True)
-    trainings.delete_run(run)
-    assert not run.exists()
-    assert not left.exists()  # the leftover of a killed server
 
 
 def test_a_sample_is_selected_by_name(workspace, tmp_path):
@@ -264,14 +241,6 @@ def test_time_left_follows_from_readings_of_the_stage():
     assert [duration_text(s) for s in (0.2, 61, 600, 7200)] == ["1 s", "61 s", "10 min", "2.0 h"]
 
 
-def test_names_are_unused_and_commands_are_quoted(tmp_path):
-    (tmp_path / "a").mkdir()
-    assert free_name(tmp_path, "a") == "a-2"
-    assert free_name(tmp_path, "b") == "b"
-    assert command_line(["train", "x", "--out", "my run"]) == "tactogram train x --out 'my run'"
-    assert checkpoint_position(tmp_path) is None
-
-
 def test_a_form_shows_the_models_own_documentation():
     fields = {field.key: field for field in recipe_fields(find("stroke_cnn"), "tiny")}
     window = fields["config.window"]
@@ -298,11 +267,3 @@ def test_a_nested_configuration_has_dotted_keys():
     assert fields["config.pairs.hop"].published == 128
     assert fields["config.pairs.hop"].value == 32
     assert all(field.text for field in fields.values())
-
-
-def test_a_summary_has_the_results_of_a_run(workspace):
-    summary = run_summary(workspace / "studio/first/voices")
-    assert (summary.model, summary.finished, summary.simulated) == ("ar_texture", True, True)
-    evaluation = {"window_accuracy": 0.5, "recordings": 3, "measures": {"lsd_db": {"model": 2.0, "floor": 1}}}
-    assert evaluation_results(evaluation) == {"window_accuracy": 0.5, "lsd_db": 2.0}
-    assert run_summary(workspace / "nothing").model == "unknown"

@@ -1,14 +1,13 @@
 """What the page Touch plays: tables that hold what rendering plays, found in a workspace and never outside of it."""
 
 import json
-import shutil
 import struct
 
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.level import parse_level
@@ -16,21 +15,19 @@ from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, N
 from tactogram.rendering.streaming.surface import SurfaceTexture
 from tactogram.rendering.streaming.texture_table import TextureTable
 from tactogram.rendering.streaming.textures import AutoregressiveTexture
-from tactogram.signal import Image, Signal
+from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
-from tactogram.signal.io import write_signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
-from tactogram.workflows.training.train import train
-from tactogram_studio.context import Studio
-from tactogram_studio.pages.touch import parse_request
-from tactogram_studio.touch.pictures import drawn_surface, picture_of
-from tactogram_studio.touch.sources import TextureRequest, TouchSources, texture_choices
 from tactogram_studio.touch.tables import table_of_map, table_of_signal
 
 RATE = 48_000.0
+
+
 VOICES = "studio/first/voices"
+
+
 BEYOND = [
     "recorded at 50 to 200 mm/s; slower strokes count as 50, faster ones as 200",
     "recorded with 0.3 to 1 N; lighter strokes count as 0.3, firmer ones as 1",
@@ -65,9 +62,6 @@ def unpacked(data):
         name: np.frombuffer(data, place["type"], place["length"], place["offset"])
         for name, place in head["arrays"].items()
     }
-
-
-# -- tables ------------------------------------------------------------------------------------------------
 
 
 def test_a_packed_table_holds_the_models_that_rendering_plays(surface):
@@ -206,167 +200,3 @@ def test_a_surfaces_strength_goes_with_the_place():
     # The loop begins a tenth of the length and more into the signal, where its end is joined on.
     assert arrays["vibration"][(place > 20) & (place < 60)] == pytest.approx(2.0, rel=0.06)
     assert arrays["vibration"][(place > 100) & (place < 140)] == pytest.approx(0.5, rel=0.06)
-
-
-# -- sources -----------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def workspace(surfaces, tmp_path_factory):
-    folder = tmp_path_factory.mktemp("touch") / "workspace"
-    shutil.copytree(surfaces, folder)
-    write_signal(folder / "recordings" / "ridges.npz", ridges())
-    stroke = Signal(np.sin(np.arange(6000) / 4)[None].astype(np.float32), 2000.0, "m/s^2")
-    write_signal(folder / "recordings" / "stroke.wav", stroke, metadata={"speed_mm_s": 80, "simulated": True})
-    return folder
-
-
-@pytest.fixture(scope="module")
-def studio(workspace):
-    found = Studio.at(workspace)
-    found.shelf.keep(ridges(), title="Kept ridges", facts={"simulated": True})
-    found.shelf.keep(Image(np.zeros((4, 4, 3), np.uint8)), title="A picture", facts={})
-    return found
-
-
-@pytest.fixture(scope="module")
-def sources(studio):
-    return TouchSources(studio.workspace, studio.shelf)
-
-
-def test_materials_kept_signals_and_files_are_offered(studio):
-    offers = texture_choices(studio.workspace, studio.shelf)
-    assert [offer.title for offer in offers if offer.where == "run"][:3] == [
-        "artificial-grass",
-        "carpet",
-        "cloth",
-    ]
-    assert all(offer.simulated for offer in offers if offer.where == "run")
-    assert [offer.title for offer in offers if offer.where == "kept"] == ["Kept ridges"]
-    assert [o.of for o in offers if o.where == "file"] == ["recordings/ridges.npz", "recordings/stroke.wav"]
-
-
-def test_models_of_one_speed_are_laid_along_the_way_unless_asked_otherwise(sources):
-    laid = sources.table(TextureRequest(where="run", of=VOICES, material="tile"))
-    assert (laid.head["kind"], laid.head["along"], laid.head["recorded_mm_s"]) == ("surface", "path", 100.0)
-    tabled = sources.table(TextureRequest(where="run", of=VOICES, material="tile", lay="table"))
-    assert tabled.head["kind"] == "autoregressive"
-    assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.15)
-    assert laid.head["simulated"]
-    assert tabled.head["simulated"]
-
-
-def test_a_speed_that_was_not_recorded_is_limited_and_said(sources, studio):
-    tabled = sources.table(TextureRequest(where="run", of=VOICES, material="tile", lay="table"))
-    assert tabled.head["notes"][0] == "recorded at 100 mm/s; a stroke of any other speed counts as that"
-    fast = sources.table(
-        TextureRequest(where="run", of=VOICES, material="tile", speed_mm_s=900.0, lay="path")
-    )
-    limit = "speed 900 mm/s is outside of what was recorded of tile: it counts as 100 mm/s"
-    assert limit in fast.head["notes"]
-    assert (
-        limit
-        not in sources.table(TextureRequest(where="run", of=VOICES, material="tile", lay="path")).head[
-            "notes"
-        ]
-    )
-    kept = studio.shelf.keep(ridges(), title="Fast", facts={"limited": [limit]})
-    assert sources.table(TextureRequest(where="kept", of=kept.id)).head["notes"] == [limit]
-    studio.shelf.remove(kept.id)
-
-
-def test_a_run_of_texture_var_is_offered_laid_and_tabled(sources, workspace):
-    run = train(
-        "texture_var",
-        workspace / "studio" / "first" / "surfaces",
-        recipe="tiny",
-        changes={"prepare.rate": 1000},
-        where={"material": "tile"},
-        split="all",
-        out=workspace / "runs" / "var",
-    ).folder.relative_to(workspace)
-    tabled = sources.table(TextureRequest(where="run", of=str(run), material="tile", lay="table"))
-    laid = sources.table(TextureRequest(where="run", of=str(run), material="tile"))
-    assert (tabled.head["kind"], laid.head["kind"]) == ("noise", "surface")
-    assert laid.head["level"] == pytest.approx(tabled.head["level"], rel=0.25)
-    signal, speed = sources.signal(TextureRequest(where="run", of=str(run), material="tile"))
-    assert (signal.seconds, speed, signal.axes) == (6.0, 100.0, ("dft321",))
-    assert signal.samples.std() == pytest.approx(laid.head["level"], rel=0.1)
-
-
-def test_a_table_is_made_once_and_anew_when_its_file_changes(sources, workspace):
-    asked = TextureRequest(where="file", of="recordings/stroke.wav")
-    first = sources.table(asked)
-    assert sources.table(asked) is first
-    louder = Signal(3 * np.sin(np.arange(6000) / 4)[None].astype(np.float32), 2000.0, "m/s^2")
-    write_signal(workspace / "recordings" / "stroke.wav", louder, metadata={"speed_mm_s": 40})
-    again = sources.table(asked)
-    assert again.head["level"] == pytest.approx(3 * first.head["level"], rel=0.01)
-    assert (first.head["recorded_mm_s"], again.head["recorded_mm_s"]) == (80.0, 40.0)
-    assert (first.head["simulated"], again.head["simulated"]) == (True, False)
-
-
-def test_a_kept_result_is_felt_as_it_was_kept(sources, studio):
-    made = next(made for made in studio.shelf.all() if not made.is_image)
-    table = sources.table(TextureRequest(where="kept", of=made.id, lay="x"))
-    assert (table.head["name"], table.head["along"], table.head["simulated"]) == ("Kept ridges", "x", True)
-
-
-@pytest.mark.parametrize(
-    ("asked", "error", "words"),
-    [
-        (("file", "../outside.wav"), ParameterError, "lies outside of the workspace"),
-        (("file", "/etc/passwd"), ParameterError, "lies outside of the workspace"),
-        (("file", "recordings/none.wav"), DataError, "no such file"),
-        (("file", "studio/first/voices/recipe.toml"), ParameterError, "expected a file of .wav"),
-        (("run", "recordings", "tile"), TactogramError, "recordings"),
-        (("run", VOICES, "velvet"), ParameterError, "has no material 'velvet'; it has artificial-grass"),
-        (("kept", "../../etc"), DataError, "no kept result"),
-    ],
-)
-def test_what_is_not_there_is_refused_with_a_sentence(sources, asked, error, words):
-    with pytest.raises(error, match=words):
-        sources.table(TextureRequest(**dict(zip(("where", "of", "material"), asked, strict=False))))
-
-
-@pytest.mark.parametrize(
-    ("values", "words"),
-    [
-        ({"where": "net"}, "where: must be 'run', 'kept' or 'file', got 'net'"),
-        ({"lay": "spiral"}, "lay: must be 'auto', .*got 'spiral'"),
-        ({"rate": "10"}, "rate: must be greater than or equal to 8000, got '10'"),
-        ({"speed": "nan"}, "speed_mm_s: must be .*got 'nan'"),
-        ({"seed": "-1"}, "seed: must be greater than or equal to 0, got '-1'"),
-        ({"of": ""}, "of: "),
-    ],
-)
-def test_what_makes_no_sense_is_refused_before_anything_is_read(values, words):
-    with pytest.raises(ParameterError, match=words):
-        parse_request({"where": "run", "of": "x", **values})
-
-
-# -- pictures ----------------------------------------------------------------------------------------------
-
-
-def test_the_pad_shows_the_materials_picture_where_the_data_has_one(sources):
-    picture = picture_of(sources, TextureRequest(where="run", of=VOICES, material="tile"))
-    assert (picture.kind, picture.png[:4]) == ("rendered", b"\x89PNG")
-    assert picture.mm_per_pixel == pytest.approx(0.15)
-    assert picture.words == "tile: rendered picture of the simulated surface"
-
-
-def test_without_a_picture_the_signal_is_drawn_and_that_is_said(sources):
-    picture = picture_of(sources, TextureRequest(where="file", of="recordings/ridges.npz"))
-    assert picture.kind == "drawn"
-    assert picture.words == "recordings/ridges.npz: drawn from the signal, no photograph"
-
-
-@pytest.mark.parametrize("registered", [True, False])
-def test_a_drawn_surface_has_the_ridges_of_the_signal(registered):
-    drawn = drawn_surface(ridges(per_mm=0.5), 100.0, registered=registered)
-    row = drawn.pixels[100, :, 0].astype(float)
-    spectrum = np.abs(np.fft.rfft(row - row.mean()))
-    per_mm = np.fft.rfftfreq(len(row), drawn.mm_per_pixel)
-    assert per_mm[np.argmax(spectrum)] == pytest.approx(0.5, abs=0.03)
-    same = np.array_equal(drawn.pixels[10], drawn.pixels[200])
-    assert same is registered

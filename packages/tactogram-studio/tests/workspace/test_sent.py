@@ -7,14 +7,10 @@ import pytest
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram.workflows.rendering.actuators import calibrate
-from tactogram.workflows.rendering.render import render
-from tactogram_studio.pages.send.device import log_played, recently_played
-from tactogram_studio.pages.send.display import warnings_of
 from tactogram_studio.pages.send.files import losses_table
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.sent import DriveRequest, FileRequest, SendService, level_text
@@ -147,22 +143,6 @@ def test_a_damaged_result_is_an_error_in_a_line(sending, text):
     with pytest.raises(DataError, match=r"order\.json: (not a JSON document|damaged)") as told:
         sending.get(sent.id)
     assert "\n" not in str(told.value)
-
-
-def test_what_was_played_is_kept_in_order_and_survives_a_cut_line(tmp_path):
-    for number in range(7):
-        log_played(tmp_path, {"title": str(number)})
-    with (tmp_path / "played.jsonl").open("a") as file:
-        file.write('{"title": "cut')
-    assert [line["title"] for line in recently_played(tmp_path, 3)] == ["6", "5", "4"]
-
-
-def test_the_most_dangerous_is_said_first(tmp_path):
-    t = np.arange(4000) / 4000
-    write_signal(tmp_path / "mu.npz", Signal((0.34 + 0.04 * np.sin(60 * t)).astype(np.float32), 4000, "1"))
-    report = render(tmp_path / "mu.npz", "electrovibration", tmp_path / "d.wav", level="peak=0.5")["report"]
-    first = warnings_of(open_display("electrovibration"), report)[0]
-    assert "limits the current" in first
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,11 @@ from tactogram_studio.pages.materials.import_page import safe_store_name
 from tactogram_studio.pages.materials.layout_card import ColumnChoices, by_key, timing_text
 
 T = np.arange(400) / 500
+
+
 WAVES = np.stack([np.sin(2 * np.pi * 60 * T + phase) for phase in range(3)])
+
+
 HEADINGS = ("t", "a", "b", "c", "note")
 
 

@@ -1,28 +1,12 @@
 import numpy as np
 import pytest
 
-from tactogram.datasets import Recording, RecordingInfo, create_store, open_store
-from tactogram.errors import DataError, ParameterError
+from tactogram.datasets import Recording, create_store, open_store
+from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.workflows.data.stores import add_signal
 from tactogram.workflows.recognition.spectral_search import band_centres, find_similar, spectrum
-from tactogram_studio.pages.materials.drop import (
-    matching_stream,
-    mixing_warning,
-    store_signal,
-)
-from tactogram_studio.workspace.folder import Workspace
-from tactogram_studio.workspace.recordings import (
-    RecordingFilter,
-    choices,
-    describe_recording,
-    filtered,
-    open_named,
-    page_bounds,
-    thumbnail,
-    trace_svg,
-)
 
 SET = "studio/first/surfaces"
 
@@ -69,54 +53,6 @@ def test_a_spectrum_peaks_in_the_band_of_a_tone():
     assert spectrum(Signal(np.zeros(500), 1000.0, "m/s^2")).max() == 0
 
 
-def test_recordings_are_filtered_and_paged(tones):
-    index = tones.index
-    assert len(filtered(index, RecordingFilter(text="TONES tone-100"))) == 2
-    assert len(filtered(index, RecordingFilter(material="tone-50"))) == 1
-    assert len(filtered(index, RecordingFilter(fields={"speed_mm_s": "100", "session": "day 1"}))) == 2
-    assert choices(index) == {"session": ["day 0", "day 1"], "speed_mm_s": ["50", "100", "200"]}
-    assert page_bounds(45, 3, 20) == (3, 40, 45)
-    assert page_bounds(45, 99, 20) == (3, 40, 45)
-    assert page_bounds(0, 1, 20) == (1, 0, 0)
-    known = dict(
-        describe_recording(RecordingInfo(id="a", material="x", speed_mm_s=50.0, labels={"lab": "b"}))
-    )
-    assert (known["speed"], known["lab"], known["source"]) == ("50 mm/s", "b", "unknown")
-
-
-def test_small_pictures_have_the_expected_format_and_size(tmp_path):
-    picture = trace_svg(tone(10, seconds=8.0)).decode()
-    assert picture.startswith("<svg")
-    assert picture.count(",") == 2 * 240
-    store = create_store(
-        tmp_path / "set",
-        [
-            Recording(
-                streams={"acceleration": tone(50)},
-                material="red",
-                image=Image(np.full((40, 60, 3), (200, 0, 0), np.uint8)),
-            )
-        ],
-        name="set",
-        licence="made in a test",
-    )
-    [key] = store.photograph_keys()
-    assert thumbnail(store, key, size=32)[:2] == b"\xff\xd8"
-    with pytest.raises(ParameterError, match="size must be 16 to 1024"):
-        thumbnail(store, key, size=5000)
-
-
-def test_a_store_is_reopened_after_an_addition(tones, tmp_path):
-    workspace = Workspace.at(tmp_path)
-    first = open_named(workspace, "tones")
-    assert open_named(workspace, "tones") is first
-    write_signal(tmp_path / "a.wav", tone(70))
-    add_signal(tmp_path / "tones", tmp_path / "a.wav", material="tone-70")
-    assert len(open_named(workspace, "tones")) == len(first) + 1
-    with pytest.raises(ParameterError, match="outside"):
-        open_named(workspace, "../tones")
-
-
 def test_an_addition_is_reported(tones, tmp_path):
     write_signal(tmp_path / "a.csv", tone(70), metadata={"simulated": True})
     write_image(tmp_path / "a.png", Image(np.zeros((8, 8, 3), np.uint8)))
@@ -148,27 +84,6 @@ def test_a_file_that_cannot_be_read_replaces_the_analysis_of_the_one_before(tab,
     tab.reload()
     tab.get_by_role("heading", name="Upload a recording").wait_for()
     assert tab.get_by_role("heading", name="good.csv").count() == 0
-
-
-def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):
-    table = b"x,y,z\n1,2,3\n2,3,4\n3,4,5\n"
-    assert store_signal(tmp_path, "../my file.csv", table).name == "my_file.csv"
-    assert store_signal(tmp_path, "my file.csv", table).name == "my_file-2.csv"
-    with pytest.raises((DataError, ParameterError), match="bad.csv"):
-        store_signal(tmp_path, "bad.csv", b"no,numbers\nhere,at all\n")
-    with pytest.raises(DataError, match="content does not match the suffix"):
-        store_signal(tmp_path, "bad.wav", b"MZ nothing")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["my_file-2.csv", "my_file.csv"]
-
-
-def test_mixing_measured_and_simulated_recordings_gives_a_warning(tones):
-    assert mixing_warning(False, False, False) == ""
-    assert mixing_warning(True, True, True) == ""
-    assert mixing_warning(True, False, True) == ""
-    assert "marked as simulated, permanently" in mixing_warning(False, False, True)
-    assert "stay marked as simulated" in mixing_warning(True, True, False)
-    assert matching_stream(tones, tone(50)) == "acceleration"
-    assert matching_stream(tones, Signal(np.ones(5), 10.0, "N")) == ""
 
 
 def test_an_uploaded_recording_is_compared_and_added(tab, workspace, tmp_path):
