@@ -250,7 +250,7 @@ def test_bad_input_is_refused_and_the_page_keeps_working(tab):
     speed.press("Tab")
 
     generate(tab)
-    tab.get_by_text("must be greater than 0").wait_for()
+    tab.get_by_text("speed_mm_s must be finite and >= 0, got -5").wait_for()
 
     speed.fill("")
     speed.press("Tab")
