@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import shutil
 import sys
-from contextlib import AbstractContextManager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, closing
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.cli.printing import Printer, lines_of
+from tactogram.errors import ParameterError
 from tactogram.parameters import Settings, checked
 
 if TYPE_CHECKING:
     from tactogram_studio.application import ServerAnnouncement
     from tactogram_studio.server.listening import ListeningPort
+    from tactogram_study.participants.server_display import ServerDisplay
 
 
 @checked
@@ -113,43 +117,88 @@ def run_study(
     TactogramError
         If the study, its folder, a code, the port or the certificate cannot be used.
     """
-    from pathlib import Path
-
     from tactogram_study.study_file import Study
-    from tactogram_study.workflows.stimuli import limited_lines
-
-    def ready(facts: dict[str, Any]) -> None:
-        addresses = {
-            "experimenter": facts["experimenter"],
-            "participants": facts["join"],
-            **{f"participant {code}": address for code, address in facts["codes"].items()},
-            "participants, by another": facts["addresses"],
-            "certificate, SHA-256": facts["certificate_sha256"],
-        }
-        show(facts, lines_of(addresses) + ("" if listening.loopback else shown_qr_code(facts["join"])))
-        show.notes(limited_lines(facts["limited"]))
-        sys.stdout.flush()
-        sys.stderr.write("Ctrl-C ends it; run again to continue\n")
 
     if not Path(study).is_dir():
         Study.load(study, changes=changes)  # a wrong name is reported before a port in use
-
     with _bound_port(port, host, https=https, certificate=certificate, key=key) as listening:
-        from tactogram_studio import study_server
+        from tactogram_studio import application
+        from tactogram_studio.context import Studio
+        from tactogram_studio.pages.studies.experiment_view import address_of
+        from tactogram_study.participants.server_display import ServerDisplay
+        from tactogram_study.session.participants import checked_code
+        from tactogram_study.workflows.stimuli import limited_lines
 
-        study_server.run_study(
-            study,
-            out,
-            listening,
-            changes=changes or {},
-            codes=participants or (),
-            open_browser=not no_open,
-            device=device,
-            full_scale=full_scale,
-            track=track,
-            ready=ready,
-        )
+        codes = [checked_code(code) for code in participants or ()]
+        display = ServerDisplay(device, full_scale, track)
+        folder = _session_folder(study, out, changes, display)
+        studio = Studio.at(folder.parent, study_only=True)
+        opened = studio.sessions.open(folder)
+        played_by = opened.study.played_by
+        if played_by != "browser":
+            studio.sessions.display = display
+            for driven in opened.stimuli.displays:
+                display.check(driven, streams=played_by == "stream")
+                if played_by == "stream":
+                    display.lock(driven)
+        limited = opened.stimuli.limited()
+        opened.stimuli.start()  # prepared while the first participants read the consent page
+        enrolled = {participant.code.casefold() for participant in opened.store.participants()}
+        for code in codes:
+            if code.casefold() not in enrolled:
+                opened.store.enrol(code)
+
+        def ready(server: ServerAnnouncement) -> None:
+            best, *others = server.roots
+            facts = {
+                "experimenter": server.address,
+                "join": f"{best}{opened.join_path}",
+                "codes": {code: f"{best}{opened.take_path(code)}" for code in codes},
+                "addresses": [f"{root}{opened.join_path}" for root in others],
+                "certificate_sha256": server.certificate_sha256,
+                "session": str(folder),
+                "study": opened.study.name,
+                "limited": limited,
+            }
+            addresses = {
+                "experimenter": facts["experimenter"],
+                "participants": facts["join"],
+                **{f"participant {code}": address for code, address in facts["codes"].items()},
+                "participants, by another": facts["addresses"],
+                "certificate, SHA-256": facts["certificate_sha256"],
+            }
+            show(facts, lines_of(addresses) + ("" if listening.loopback else shown_qr_code(facts["join"])))
+            show.notes(limited_lines(limited))
+            sys.stdout.flush()
+            sys.stderr.write("Ctrl-C ends it; run again to continue\n")
+
+        path = address_of(folder.name)
+        application.serve(studio, listening, open_browser=not no_open, path=path, ready=ready)
     sys.stderr.write("tactogram: the study's server ended; all answers are stored\n")
+
+
+def _session_folder(
+    study: str, out: str | None, changes: Mapping[str, Any] | None, display: ServerDisplay
+) -> Path:
+    """Return the folder of an existing session, or of one begun here."""
+    from tactogram_study.participants.sessions import SessionRegistry
+    from tactogram_study.session.store import SessionStore
+
+    if Path(study).is_dir():
+        if out is not None or changes:
+            raise ParameterError(
+                f"{study}: is an existing session, which continues unchanged: omit out and changes"
+            )
+        with SessionStore(Path(study)):
+            return Path(study).resolve()
+    if out is None:
+        raise ParameterError("a new session of a study needs out, the folder to create")
+    folder = Path(out).resolve()
+    if folder.parent == folder:
+        raise ParameterError(f"{out}: cannot be the folder of a session")
+    with closing(SessionRegistry(device=display.device, full_scale=display.full_scale)) as registry:
+        registry.begin(study, folder, changes=changes)
+    return folder
 
 
 def _bound_port(

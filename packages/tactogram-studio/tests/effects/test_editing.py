@@ -6,18 +6,9 @@ from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.files import read_haptic, write_haptic
-from tactogram_studio.effects import (
-    Effect,
-    Point,
-    Track,
-    Transient,
-    editing as edit,
-    mixed,
-    ready_effects,
-    track_of,
-)
-from tactogram_studio.effects.editing import shifted
-from tactogram_studio.effects.effect import LEAST_S
+from tactogram_studio.effects import editing as edit
+from tactogram_studio.effects.editing import ready_effects, shifted
+from tactogram_studio.effects.effect import LEAST_S, Effect, Point, Track, Transient, mixed, track_of
 
 
 def line(*pairs):

@@ -1,8 +1,9 @@
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_studio.effects import Effect, Track, ready_effects
+from tactogram_studio.effects.editing import ready_effects
 from tactogram_studio.effects.editor import Editor
+from tactogram_studio.effects.effect import Effect, Track
 
 
 def ready(*titles):

@@ -6,17 +6,18 @@ from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Transient as Tap
 from tactogram.signal import Signal
-from tactogram_studio.effects import (
+from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.effect import (
     Effect,
     Point,
     Track,
     Transient,
+    effect_from_json,
     mixed,
-    ready_effects,
+    signal_of,
     track_of,
     track_of_signal,
 )
-from tactogram_studio.effects.effect import effect_from_json, signal_of
 
 
 def tone(amplitude, hz, *, start=0.0, end=1.0, **values):

@@ -5,8 +5,9 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import haptic_formats, read_haptic
-from tactogram_studio.effects import Effect, Track, ready_effects
+from tactogram_studio.effects.editing import ready_effects
 from tactogram_studio.effects.editor import Editor
+from tactogram_studio.effects.effect import Effect, Track
 from tactogram_studio.effects.files import SavedEffects, WrittenFiles, feel_path, file_by_ticket
 from tactogram_study.participants.tickets import SessionKeys
 

@@ -6,8 +6,7 @@ import pytest
 
 from tactogram.rendering.files import read_haptic
 from tactogram.signal import Signal
-from tactogram_studio.effects import track_of
-from tactogram_studio.effects.effect import effect_from_json
+from tactogram_studio.effects.effect import effect_from_json, track_of
 from tactogram_studio.workspace.shelf import ResultArchive
 
 READY = "#timeline[data-drawn]"
