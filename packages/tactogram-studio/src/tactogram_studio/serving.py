@@ -150,7 +150,7 @@ def run_study(
 
         def ready(server: ServerAnnouncement) -> None:
             best, *others = server.roots
-            facts = {
+            facts: dict[str, Any] = {
                 "experimenter": server.address,
                 "join": f"{best}{opened.join_path}",
                 "codes": {code: f"{best}{opened.take_path(code)}" for code in codes},

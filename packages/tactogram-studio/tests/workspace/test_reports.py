@@ -2,7 +2,6 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -10,7 +9,6 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.results_table import table
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.reports import (
-    experiments_with_results,
     is_simulated,
     marked_simulated,
     matching,
@@ -19,8 +17,6 @@ from tactogram_studio.workspace.reports import (
     report_files,
     values_text,
 )
-
-ROOT = Path(__file__).parents[4]
 
 
 @pytest.fixture(name="workspace")
@@ -137,25 +133,6 @@ def test_numbers_are_rounded_and_long_lists_cut():
         "long": [*range(10), "… (100 in all)"],
         "in": {"x": 1},
     }
-
-
-def test_experiments_list_their_result_files(tmp_path):
-    result = tmp_path / "runs" / "displays" / "result.json"
-    result.parent.mkdir(parents=True)
-    result.write_text("{}")
-    entries = {entry.name: entry for entry in experiments_with_results(Workspace.at(tmp_path))}
-    assert entries["stroke_cnn_table2"].command == "tactogram reproduce stroke_cnn_table2"
-    assert entries["displays"].command == "python -m benchmarks displays"
-    assert entries["displays"].results == (result,)
-    committed = ROOT / "benchmarks" / "reproduced"
-    assert entries["stroke_gan_mixing"].results == (
-        committed / "stroke_gan_mixing.json",
-        committed / "stroke_gan_mixing_paper.json",
-        committed / "stroke_gan_mixing_texture_flow.json",
-        committed / "stroke_gan_mixing_texture_gan.json",
-    )
-    found = [file for entry in entries.values() for file in entry.results if file != result]
-    assert sorted(found) == sorted(committed.glob("*.json"))
 
 
 def test_importing_the_pages_loads_nothing_that_takes_long():

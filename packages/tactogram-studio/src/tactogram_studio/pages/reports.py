@@ -1,10 +1,9 @@
-"""The page Reports: reports of runs and studies, published figures next to ours, and experiments."""
+"""The page Reports: reports of runs and studies, and published figures next to ours."""
 
 from __future__ import annotations
 
 import html
 from itertools import groupby
-from pathlib import Path
 from typing import Any, Literal
 from urllib.parse import quote
 
@@ -13,15 +12,12 @@ from nicegui import app, ui
 
 from tactogram.errors import TactogramError
 from tactogram.workflows import table as published_rows
-from tactogram_benchmark.experiments.catalogue import data_text
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.server.guard import REPORT_POLICY
 from tactogram_studio.workspace.reports import (
     ReportFile,
-    experiments_with_results,
     in_scheme,
-    marked_simulated,
     matching,
     published_cells,
     read_result,
@@ -41,7 +37,7 @@ COLUMNS = (
     "Reason for the difference",
 )
 """Of the published figures."""
-TABS = {"reports": "Reports", "published": "Published and ours", "experiments": "Experiments"}
+TABS = {"reports": "Reports", "published": "Published and ours"}
 
 
 def add(studio: Studio) -> None:
@@ -71,8 +67,6 @@ def add(studio: Studio) -> None:
                     ReportsPanel(studio, of, dark)
                 with ui.tab_panel(panels["published"]).classes("p-0"):
                     PublishedPanel()
-                with ui.tab_panel(panels["experiments"]).classes("p-0"):
-                    _draw_experiments(studio)
 
 
 class ReportsPanel:
@@ -180,44 +174,3 @@ class PublishedPanel:
     def _show(self) -> None:
         self._table.rows = published_cells(self.rows, str(self._words.value or ""))
         self._count.text = f"{len(self._table.rows)} of {len(self.rows)} figures"
-
-
-def _draw_experiments(studio: Studio) -> None:
-    """Draw the experiments, those with results first."""
-    entries = sorted(experiments_with_results(studio.workspace), key=lambda entry: not entry.results)
-    with ui.column().classes("w-full gap-4 mt-4"):
-        for entry in entries:
-            with kit.card(entry.name, label=f"{entry.name}"):
-                ui.label(entry.title)
-                ui.label(entry.command).classes("code")
-                for path in entry.results:
-                    _draw_result(path)
-                if not entry.results:
-                    kit.hint("No result yet: run the command above.")
-
-
-def _draw_result(path: Path) -> None:
-    try:
-        values = read_result(path)
-    except TactogramError as error:
-        ui.label(str(error)).classes("text-negative")
-        return
-    with ui.row().classes("items-center gap-2"):
-        origin = "shipped with the source" if path.name != "result.json" else "of this workspace"
-        ui.label(f"Result, {origin}").classes("font-bold")
-        header = values.get("header") or {}
-        ui.label(", ".join(filter(None, (str(header.get("finished", ""))[:10], data_text(header)))))
-        kit.mark_simulated(marked_simulated(values))
-    text = str(values.pop("text", ""))
-    if text:
-        ui.html(f'<pre class="code table">{html.escape(text)}</pre>', sanitize=False).classes("w-full")
-    expansion = ui.expansion("All values").classes("w-full")
-    with expansion:
-        place = ui.column().classes("w-full scrolled")
-
-    def fill() -> None:  # only when opened: results can be long
-        if expansion.value and not place.default_slot.children:
-            with place:
-                ui.label(values_text(values)).classes("code")
-
-    expansion.on_value_change(fill)

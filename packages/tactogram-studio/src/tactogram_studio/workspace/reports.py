@@ -1,4 +1,4 @@
-"""Reports of a workspace, published figures next to ours, and experiments."""
+"""Reports of a workspace, and published figures next to ours."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.text_files import read_json
-from tactogram_benchmark.experiments.catalogue import BENCHMARKS, PUBLISHED, experiments, result_files
 from tactogram_studio.workspace.folder import RUN, SESSION, Workspace
 
 Kind = Literal["report", "numbers", "figure", "text"]
@@ -29,8 +28,6 @@ MOST_BYTES = 50_000_000
 MOST_LISTED = 400
 MOST_ENTRIES = 30
 """Of a list that is shown as a whole."""
-COMMANDS = {PUBLISHED: "tactogram reproduce", BENCHMARKS / "experiments": "python -m benchmarks"}
-"""Folders of experiments, and the command that runs one."""
 
 
 @dataclass(frozen=True)
@@ -171,26 +168,6 @@ def _shortened(values: Any) -> Any:
         more = [f"… ({len(values)} in all)"] if len(values) > MOST_ENTRIES else []
         return [_shortened(value) for value in (values[:10] if more else values)] + more
     return float(f"{values:.5g}") if isinstance(values, float) else values
-
-
-@dataclass(frozen=True)
-class ExperimentEntry:
-    """An experiment with its result files, committed (``NAME.json``) or of the workspace (``result.json``)."""
-
-    name: str
-    title: str
-    command: str
-    results: tuple[Path, ...]
-
-
-def experiments_with_results(workspace: Workspace) -> list[ExperimentEntry]:
-    """Return the experiments behind published tables and, in a source checkout, our own."""
-    entries = []
-    for folder, command in COMMANDS.items():
-        for name, title in experiments(folder).items():
-            results = result_files(name, workspace.folder / "runs")
-            entries.append(ExperimentEntry(name, title, f"{command} {name}", results))
-    return entries
 
 
 def read_result(path: Path) -> dict[str, Any]:
