@@ -35,7 +35,7 @@ from tactogram.rendering.streaming.recorded_motion import SimulatedHand
 from tactogram.rendering.streaming.textures import SurfaceTexture
 from tactogram.signal import Signal
 from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
-from tactogram_studio.pages.touch.tables import table_of_map, table_of_signal
+from tactogram_studio.touch.tables import table_of_map, table_of_signal
 
 RATE, SECONDS, REPETITIONS = 48_000.0, 10.0, 5
 COUNTS = (1, 2, 5, 10)

@@ -82,7 +82,7 @@ OPEN_CIRCLES = [
     | {"tactogram_studio.pages.make.results_view"},
     {"tactogram_studio.pages.materials.import_page", "tactogram_studio.pages.materials.import_start"}
     | {"tactogram_studio.pages.materials.preview_view"},
-    {"tactogram_studio.pages.studies.editor.page", "tactogram_studio.pages.studies.editor.side"},
+    {"tactogram_studio.pages.studies.editor.page"},
 ]
 """Circles of modules that are still to be opened; each may only become smaller."""
 

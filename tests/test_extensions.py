@@ -25,8 +25,8 @@ from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram_capture.catalogue import SOURCES
-from tactogram_studio.pages.send.sending import DriveRequest, FileRequest, SendService
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.sent import DriveRequest, FileRequest, SendService
 from tactogram_studio.workspace.shelf import ResultArchive
 
 ROOT = Path(__file__).parents[1]

@@ -33,7 +33,6 @@ GUIDES = {
     ),
     "studio": ("studio", "studio-data", "touch", "server-safety"),
     "benchmarking": ("benchmark", "benchmark-results", "results"),
-    "serving": ("studies",),
 }
 """Pages that explain the verbs of each module of the command line."""
 WIDTH = 84

@@ -22,8 +22,8 @@ from tactogram.signal.io import read_metadata, read_signal, write_image
 from tactogram.workflows.generation.generate import generate, generate_files, with_materials
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
-from tactogram_studio.pages.make.runs import GeneratingRuns
-from tactogram_studio.pages.make.state import MakePageState
+from tactogram_studio.generation.runs import GeneratingRuns
+from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
 

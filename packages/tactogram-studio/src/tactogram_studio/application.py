@@ -22,8 +22,20 @@ if TYPE_CHECKING:
     from tactogram_studio.server.guard import RequestGuard
 
 STATIC = Path(__file__).parent / "static"
-PAGES = ("home", "make", "touch", "edit", "materials", "train", "send", "live", "studies", "reports")
-"""Packages with a module ``page``."""
+PAGES = (
+    "home",
+    "make.page",
+    "touch",
+    "edit.page",
+    "materials.page",
+    "train.page",
+    "send.page",
+    "live.page",
+    "studies.experimenter",
+    "studies.page",
+    "reports",
+)
+"""Modules of ``pages`` that add a page."""
 
 
 @dataclass(frozen=True)
@@ -74,9 +86,8 @@ def make_app(
     app.include_router(participant_router(studio.sessions))
     if not studio.study_only:
         studio.sessions.reopen(studio.workspace.sessions())
-    importlib.import_module("tactogram_studio.pages.studies.experimenter").add(studio)
-    for name in () if studio.study_only else PAGES:
-        importlib.import_module(f"tactogram_studio.pages.{name}.page").add(studio)
+    for name in ("studies.experimenter",) if studio.study_only else PAGES:
+        importlib.import_module(f"tactogram_studio.pages.{name}").add(studio)
     add_not_found(navigation=not studio.study_only)
     show_errors(pages_app)
     ui.run_with(
@@ -109,7 +120,7 @@ def serve(
     Raises `DataError` if there is no certificate and none can be created.
     """
     imported("uvicorn", extra="studio", what="the studio")
-    from tactogram_studio.server.connections import StudioServer
+    from tactogram_studio.server.listening import StudioServer
 
     listening = listening.with_certificate(_state_folder(studio))
     certificate = listening.certificate

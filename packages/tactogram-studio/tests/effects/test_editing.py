@@ -5,8 +5,10 @@ import pytest
 from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
-from tactogram_studio.effects import Effect, Point, Track, Transient, editing as edit
-from tactogram_studio.effects.effect import LEAST_S
+from tactogram.rendering.files import read_haptic, write_haptic
+from tactogram_studio.effects import editing as edit
+from tactogram_studio.effects.editing import ready_effects, shifted
+from tactogram_studio.effects.effect import LEAST_S, Effect, Point, Track, Transient, mixed, track_of
 
 
 def line(*pairs):
@@ -129,3 +131,18 @@ def test_merging_mixes_the_tracks_that_sound():
     assert [track.title for track in made.tracks] == ["Muted", "Buzz + Other"]
     mix = made.tracks[1]
     assert [point.value * mix.gain for point in mix.amplitude] == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize("format", ["ahap", "haptic"])
+def test_what_was_drawn_comes_back_from_a_file(format, tmp_path):
+    tap, buzz = ready_effects()["Double tap"].track, ready_effects()["Ramp down"].track
+    effect = Effect(tracks=(tap, shifted(buzz, 0.3)))
+    path = tmp_path / f"x.{format}"
+    write_haptic(path, mixed(effect), format=format)
+    track = track_of(read_haptic(path).events, "Read")
+    assert [(one.time, round(one.amplitude, 3)) for one in track.transients] == [(0.0, 0.8), (0.12, 1.0)]
+    t = np.array([0.2, 0.31, 0.6, 0.9])
+    drawn = np.interp(t, [p.time for p in track.amplitude], [p.value for p in track.amplitude])
+    assert drawn == pytest.approx([0, 1, 0.508, 0], abs=0.03)
+    hz = np.interp(t[2], [p.time for p in track.frequency], [p.value for p in track.frequency])
+    assert hz == pytest.approx(160, abs=6)

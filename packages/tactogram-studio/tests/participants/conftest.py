@@ -15,9 +15,9 @@ import tomli_w
 
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram_studio.server.connections import StudioServer
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
+from tactogram_studio.server.listening import StudioServer
 from tactogram_study.participants.routes import make_participant_app
 from tactogram_study.participants.sessions import SessionRegistry
 

@@ -6,9 +6,9 @@ import socket
 import sys
 from pathlib import Path
 
-from tactogram_studio.server.connections import StudioServer
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
+from tactogram_studio.server.listening import StudioServer
 from tactogram_study.participants.routes import make_participant_app
 from tactogram_study.participants.sessions import SessionRegistry
 

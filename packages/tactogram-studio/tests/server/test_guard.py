@@ -20,8 +20,14 @@ from tactogram_studio.server.guard_rules import (
 from tactogram_study.wording import complete_texts
 
 TOKEN = "a-token-that-nobody-guesses"
+
+
 LOCAL = GuardSettings()
+
+
 CHUNKED = [("transfer-encoding", "chunked")]
+
+
 FAR = GuardSettings(loopback=False, token=TOKEN, hosts=("lab-pc",))
 
 

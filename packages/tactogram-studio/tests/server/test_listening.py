@@ -1,14 +1,43 @@
+import asyncio
 import ipaddress
+import re
 import socket
+from urllib.parse import unquote
 
 import pytest
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram_studio.server import listening as module
 from tactogram_studio.server.certificates import self_signed_certificate
-from tactogram_studio.server.listening import ListeningPort, addresses, is_loopback, open_port
+from tactogram_studio.server.listening import (
+    MOST_CONNECTIONS,
+    MOST_FILES,
+    ListeningPort,
+    StudioServer,
+    addresses,
+    is_loopback,
+    most_connections,
+    open_port,
+    svg_qr_code,
+    terminal_qr_code,
+)
 
 NUMBERS = ("192.0.2.7", "198.51.100.7")
+
+
+UPGRADE = (
+    b"GET / HTTP/1.1\r\nHost: a\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+    b"Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n\r\n"
+)
+
+
+CLOSE = bytes([0x88, 0x82, 0, 0, 0, 0, 0x03, 0xE8])  # mserved, 1000
+
+
+segno = pytest.importorskip("segno")
+
+
+ADDRESS = "https://192.0.2.7:8123/join/abcdefghijklmnopqrstuv"
 
 
 @pytest.fixture
@@ -165,3 +194,62 @@ def test_addresses_of_this_machine_are_no_loopback_and_each_is_there_once():
         number = ipaddress.ip_address(one)
         assert not any((number.is_loopback, number.is_link_local, number.is_unspecified))
     assert {ipaddress.ip_address(one).version for one in addresses()} <= {4}
+
+
+def test_the_server_ends_while_a_websocket_is_closing():
+    heard = []
+
+    async def sends_much(scope, receive, send):
+        heard.append((await receive())["type"])
+        await send({"type": "websocket.accept"})
+        # More than the system holds for a client that does not read, so that the connection stays until it does.
+        await send({"type": "websocket.send", "bytes": bytes(2**25)})
+        client.sendall(CLOSE)
+        heard.append((await receive())["type"])
+        server.should_exit = True  # as Ctrl-C does
+
+    with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as client:
+        server = StudioServer(sends_much, lifespan="off")
+        client.connect(listener.getsockname())
+        client.sendall(UPGRADE)
+        asyncio.run(server.serve([listener]))
+    assert heard == ["websocket.connect", "websocket.disconnect"]
+    assert not server.server_state.connections
+
+
+def test_connections_leave_files_to_the_rest(monkeypatch):
+    resource = pytest.importorskip("resource")
+    has = [256, 400]
+    monkeypatch.setattr(resource, "getrlimit", lambda which: tuple(has))
+    monkeypatch.setattr(resource, "setrlimit", lambda which, limits: has.__setitem__(0, limits[0]))
+    assert (most_connections(), has) == (200, [400, 400])
+    has[:] = [256, 10_000]
+    assert (most_connections(), has) == (MOST_CONNECTIONS, [MOST_FILES, 10_000])
+    has[:] = [256, resource.RLIM_INFINITY]
+    assert (most_connections(), has[0]) == (MOST_CONNECTIONS, MOST_FILES)
+    has[:] = [resource.RLIM_INFINITY] * 2
+    assert (most_connections(), has[0]) == (MOST_CONNECTIONS, resource.RLIM_INFINITY)
+
+
+def test_the_terminal_shows_the_modules_that_the_code_has():
+    drawn = terminal_qr_code(ADDRESS, 80)
+    lines = [re.fullmatch("\x1b\\[40;97m([█▀▄ ]+)\x1b\\[0m", line)[1] for line in drawn.splitlines()]
+    light = []
+    for line in lines:
+        light += [[c in "█▀" for c in line], [c in "█▄" for c in line]]
+    expected = [[not dark for dark in row] for row in segno.make_qr(ADDRESS, error="l").matrix_iter(border=4)]
+    assert light[: len(expected)] == expected
+
+
+def test_where_a_terminal_is_too_narrow_there_is_none():
+    width = len(terminal_qr_code(ADDRESS, 80).splitlines()[0]) - len("\x1b[40;97m\x1b[0m")
+    assert terminal_qr_code(ADDRESS, width)
+    assert terminal_qr_code(ADDRESS, width - 1) == ""
+
+
+def test_the_picture_is_dark_on_light_and_asks_no_other_host():
+    kind, _, data = svg_qr_code(ADDRESS).partition(",")
+    svg = unquote(data)
+    assert kind.startswith("data:image/svg+xml")
+    assert ("fill='#fff'" in svg, "stroke='#000'" in svg) == (True, True)
+    assert re.findall("https?://[^'\"]*", svg) == ["http://www.w3.org/2000/svg"]

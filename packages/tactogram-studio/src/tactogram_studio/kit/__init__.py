@@ -2,23 +2,34 @@
 
 from tactogram_studio.kit.cards import (
     alert,
+    ask_title,
     attribute,
     card,
     code,
     column,
     command_lines,
+    confirm,
+    form_dialog,
     heading,
     hint,
     icon_button,
     mark_simulated,
     refusals,
     set_text,
+    table,
+    table_head,
 )
-from tactogram_studio.kit.dialogs import ask_title, confirm, form_dialog
-from tactogram_studio.kit.fields import Form, NumberField, declared_field, in_range
-from tactogram_studio.kit.files import file_button, file_field
-from tactogram_studio.kit.signals import KINDS, option_choice, signal_choice
-from tactogram_studio.kit.tables import table, table_head
+from tactogram_studio.kit.fields import (
+    KINDS,
+    Form,
+    NumberField,
+    declared_field,
+    file_button,
+    file_field,
+    in_range,
+    option_choice,
+    signal_choice,
+)
 from tactogram_studio.layout import busy, in_background, page, route
 
 __all__ = [

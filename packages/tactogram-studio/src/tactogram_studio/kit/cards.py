@@ -1,14 +1,17 @@
-"""Cards and the texts in them: headings, hints, marks of simulated data, refusals, commands."""
+"""Cards and the texts in them, tables, and dialogs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 from nicegui import ui
 
 from tactogram.errors import TactogramError
+
+Cell = str | Callable[[], Any]
+"""A text, or what draws the content."""
 
 
 def attribute(text: str) -> str:
@@ -96,3 +99,84 @@ def icon_button(icon: str, name: str, press: Any) -> ui.button:
     """Draw a button with an icon alone, and its name for screen readers."""
     button = ui.button(icon=icon, on_click=press).props("flat round dense")
     return button.props(f'aria-label="{attribute(name)}" title="{attribute(name)}"')
+
+
+async def confirm(question: str, action: str) -> bool:
+    """Ask before something irreversible; return whether the user chose the button ``action``."""
+    with ui.dialog().props('aria-label="Are you sure?"') as dialog, ui.card().classes("max-w-lg"):
+        ui.label(question)
+        with ui.row().classes("justify-end w-full"):
+            ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("outline autofocus")
+            ui.button(action, color="negative", on_click=lambda: dialog.submit(True))
+    confirmed = bool(await dialog)
+    if dialog.is_deleted:  # the page was closed
+        return False
+    dialog.delete()
+    return confirmed
+
+
+@contextmanager
+def form_dialog(title: str, action: str, done: Callable[[], Any], *, label: str = "") -> Iterator[ui.dialog]:
+    """Open a dialog whose form is drawn inside; the button ``action`` calls ``done``, which closes it at its end.
+
+    The dialog stays when the part of the page that it was opened from is drawn anew.
+    """
+    with (
+        ui.context.client.content,
+        ui.dialog(value=True).props(f'aria-label="{attribute(label or title)}"') as dialog,
+        ui.card().classes("w-96 max-w-full"),
+    ):
+        heading(title)
+        yield dialog
+        with ui.row().classes("justify-end w-full"):
+            ui.button("Cancel", on_click=dialog.close).props("flat")
+            ui.button(action, on_click=done)
+    dialog.on("hide", dialog.delete)
+
+
+def ask_title(title: str, most: int, rename: Callable[[str], Any]) -> None:
+    """Ask for another title of at most so many characters, and call ``rename`` with it, unless it stays."""
+
+    async def done() -> None:
+        if field.value != title:
+            result = rename(str(field.value))
+            if result is not None:
+                await result
+        dialog.close()
+
+    with form_dialog("Rename", "Rename", done) as dialog:
+        field = ui.input("Title", value=title).classes("w-full").props(f"autofocus maxlength={most}")
+        field.on("keydown.enter", done)
+
+
+def table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[Cell]],
+    *,
+    caption: str = "",
+    hidden: bool = False,
+    classes: str = "people",
+) -> None:
+    """Draw a table whose rows are named by their first cells; a ``hidden`` caption is for screen readers alone."""
+    with ui.element("div").classes("w-full overflow-x-auto"), ui.element("table").classes(classes):
+        if caption:
+            how = "sr-only" if hidden else "quiet small text-left"
+            ui.element("caption").classes(how)._text = caption
+        table_head(headings)
+        with ui.element("tbody"):
+            for row in rows:
+                with ui.element("tr"):
+                    for number, cell in enumerate(row):
+                        element = ui.element("td") if number else ui.element("th").props('scope="row"')
+                        if isinstance(cell, str):
+                            element._text = cell
+                        else:
+                            with element:
+                                cell()
+
+
+def table_head(headings: Sequence[str]) -> None:
+    """Draw the headings of a table."""
+    with ui.element("thead"), ui.element("tr"):
+        for name in headings:
+            ui.element("th").props('scope="col"')._text = name

@@ -1,20 +1,52 @@
-"""Fields: numbers that are checked and never altered, forms whose entries survive a reload, and declared settings."""
+"""Fields: checked numbers, forms that survive a reload, declared settings, files that a browser sends, and signals."""
 
 from __future__ import annotations
 
+import html
 import math
-from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from collections.abc import Awaitable, Callable, Iterator, Mapping, MutableMapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Protocol, TypeVar
+from urllib.parse import unquote, urlencode
 
-from nicegui import ui
+from fastapi import HTTPException, Request
+from fastapi.responses import JSONResponse
+from nicegui import app, ui
 from nicegui.elements.mixins.value_element import ValueElement
+from starlette.datastructures import UploadFile
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, TactogramError
+from tactogram_studio.kit.cards import attribute, hint
+from tactogram_studio.layout import in_background
+from tactogram_studio.server.guard_rules import RECEIVED
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
+from tactogram_studio.workspace.shelf import SignalSources
 
 Field = TypeVar("Field", bound=ValueElement[Any])
 Options = Sequence[str] | Mapping[Any, str]
 """Choices, or their titles by value."""
+CHOOSER = """<div class="chooser">
+<span>{text}</span>
+<q-btn outline label="Choose a file" aria-label="Choose a file: {text}" @click="props.pickFiles" />
+<span hidden><q-uploader-add-trigger /></span>
+</div>"""
+"""Replaces the button of Quasar's uploader, which is a link around an input, without an accessible name."""
+Take = Callable[[str, bytes], Awaitable[Any]]
+"""What is done with a file, by its name and content."""
+KINDS = {
+    "kept": ("Kept result", "No kept results yet: generate one on the page Make and keep it."),
+    "file": ("File", "No signal files in this workspace."),
+    "recording": ("Store", "No store in this workspace yet."),
+}
+"""Label and text of an empty list, by kind of signal."""
+RECEIVING_HEAD = (
+    '<link rel="stylesheet" href="/static/receive.css">'
+    '<script type="module" src="/static/receive.js"></script>'
+)
+FOLDER_INPUT = '<input type="file" hidden data-receive-input="{0}" {1}>'
 
 
 class NumberField(ui.number):
@@ -126,3 +158,130 @@ def declared_field(field: Declared, label: str, value: Any, change: Callable[[An
     else:
         widget = ui.input(label, value=value or "")
     return widget.on_value_change(lambda event: change(event.value)).props("dense debounce=300")
+
+
+def file_field(
+    text: str, take: Take, *, accept: Sequence[str] = (), most_mib: int | None = None, refused: str = ""
+) -> ui.upload:
+    """Draw a field with a prompt where a file is dropped or chosen.
+
+    ``accept`` are the suffixes of files that it takes; others, and larger ones, are refused with a text.
+    """
+    field = _upload(take, refused or f"The file must have at most {most_mib} MiB.", most_mib)
+    if accept:
+        field.props(f'accept="{",".join(accept)}"')
+    field.add_slot("header", CHOOSER.format(text=html.escape(text)))
+    return field.props("flat bordered").classes("w-full")
+
+
+def file_button(text: str, take: Take, *, accept: str = "", refused: str = "", marks: str = "") -> ui.upload:
+    """Draw a button that opens a file, as often as one likes; ``marks`` are properties of the hidden field.
+
+    ``accept`` is as that of an input element. Without a text, there is no button, but that of the page.
+    """
+    field = _upload(take, refused, None).classes("hidden").props(f'accept="{attribute(accept)}" {marks}')
+    if text:
+        button = ui.button(text).props("outline dense")
+        button.on("click", js_handler=f"() => getElement({field.id}).$refs.qRef.pickFiles()")
+    return field
+
+
+def _upload(take: Take, refused: str, most_mib: int | None) -> ui.upload:
+    async def taken(event: Any) -> None:
+        name, data = event.file.name, await event.file.read()
+        field.reset()
+        await take(name, data)
+
+    most = None if most_mib is None else most_mib * 2**20
+    field = ui.upload(auto_upload=True, on_upload=taken, max_file_size=most)
+    return field.on("rejected", lambda: ui.notify(refused or "This file cannot be used.", type="negative"))
+
+
+def signal_choice(sources: SignalSources, kind: str, take: Callable[[str], Any], *, last: str = "") -> None:
+    """Draw the choice of a signal of a kind, or of its store and then the recording.
+
+    ``take`` is called with the id of the signal (see `SignalSources.select`); ``last`` is the id that was chosen last.
+    """
+    label, empty = KINDS[kind]
+    if kind != "recording":
+        option_choice(
+            sources.kept() if kind == "kept" else sources.files(), label, take, empty=empty, last=last
+        )
+        return
+
+    def recordings(store: str) -> None:
+        place.clear()
+        with place:
+            option_choice(
+                sources.recordings(store), "Recording", take, empty="This store is empty.", last=last
+            )
+
+    stores = sources.stores()
+    first = last.removeprefix("recording:").partition("#")[0]
+    first = first if first in stores else next(iter(stores), "")
+    option_choice(stores, label, recordings, empty=empty, last=first)
+    place = ui.column().classes("w-full")
+    if first:
+        recordings(first)
+
+
+def option_choice(
+    options: Mapping[str, str], label: str, take: Callable[[str], Any], *, empty: str = "", last: str = ""
+) -> ui.select | None:
+    """Draw a choice that calls ``take`` with each value; a text if there is none."""
+    if not options:
+        ui.label(empty).classes("quiet")
+        return None
+    value = last if last in options else None
+    select = ui.select(dict(options), label=label, value=value, with_input=len(options) > 12)
+    select.on_value_change(lambda event: take(event.value) if event.value else None)
+    return select.props("dense options-dense").classes("w-full")
+
+
+@cache
+def add_receiving_route(workspace: Workspace) -> None:
+    """Register the route that takes the files, once."""
+
+    @app.post(RECEIVED)
+    async def receive(request: Request) -> JSONResponse:
+        try:
+            async with request.form(max_files=MOST_FILES, max_fields=0) as form:
+                sent = [each for each in form.getlist("file") if isinstance(each, UploadFile)]
+                files = [(unquote(each.filename or ""), each.file) for each in sent]
+                folder = await in_background(ReceivedFolders(workspace).keep, files)
+        except (TactogramError, OSError) as error:
+            return JSONResponse({"problem": str(error)}, 422)
+        except HTTPException as error:  # Starlette's, of a form that is none
+            return JSONResponse({"problem": str(error.detail)}, 422)
+        return JSONResponse({"page": import_address(workspace.name_of(folder))})
+
+
+def import_address(folder: str) -> str:
+    """Return the address of the page that imports a folder of the workspace."""
+    return f"/materials/import?{urlencode({'folder': folder})}"
+
+
+@contextmanager
+def drop_zone(*, whole_page: bool = False) -> Iterator[None]:
+    """Draw a place that takes folders and zips, on a page with `RECEIVING_HEAD`.
+
+    What is drawn in the context belongs to it. Of a ``whole_page`` it is seen only when something is dragged over it.
+    """
+    with ui.element("div").classes("receive bare" if whole_page else "receive") as zone:
+        zone.props(f'data-receive="{RECEIVED}" data-most-files="{MOST_FILES}" data-most-bytes="{MOST_SENT}"')
+        yield
+
+
+def folder_chooser() -> None:
+    """Draw the buttons that open a folder or a zip, and the progress, within a drop zone."""
+    with ui.row().classes("items-center gap-3"):
+        for kind, text in (("folder", "Choose a folder"), ("zip", "Choose a zip file")):
+            ui.button(text).props(f'outline data-receive-choose="{kind}"')
+        for kind, more in (("folder", "webkitdirectory multiple"), ("zip", 'accept=".zip"')):
+            ui.html(FOLDER_INPUT.format(kind, more), sanitize=False)
+    receiving_status()
+
+
+def receiving_status(text: str = "") -> None:
+    """Draw the place of progress and refusals within a drop zone, with a text until then."""
+    hint(text).props('data-receive-status role="status"')

@@ -1,4 +1,4 @@
-"""Tasks on pages: the form that starts one, and cards with its state, progress, message and buttons."""
+"""Tasks on pages: the form that starts one, cards with state, progress and buttons, and the example surfaces."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tactogram_studio.layout import in_background
 from tactogram_studio.tasks.log import duration_text, time_left
 from tactogram_studio.tasks.queue import Kind, StudioTask, TaskQueue, TaskStatus
 from tactogram_studio.workspace.commands import command_line
+from tactogram_studio.workspace.starter_data import StarterData
 
 COLOURS = {
     "waiting": "grey-8",
@@ -161,3 +162,36 @@ class TaskCards:
 
 def _states(tasks: Sequence[tuple[StudioTask, TaskStatus]]) -> list[tuple[str, str, str]]:
     return [(task.id, status.state, status.message) for task, status in tasks]
+
+
+def draw_progress(starter: StarterData, *, ready: Callable[[], object]) -> None:
+    """Draw the progress of the example surfaces until they are ready, and call ``ready`` then."""
+
+    @ui.refreshable
+    def state() -> None:
+        with card(live=True):
+            if starter.state == "ready":
+                heading("Nine simulated surfaces are ready to explore.")
+                with ui.row():
+                    ui.button("Generate signals", on_click=lambda: ui.navigate.to("/make"))
+                    ui.button("Touch them", on_click=lambda: ui.navigate.to("/touch")).props("outline")
+            elif starter.state == "failed":
+                ui.label(f"{starter.line}.").classes("text-negative")
+                ui.button("Try again", on_click=starter.make)
+            else:
+                with ui.row().classes("items-center"):
+                    ui.spinner()
+                    ui.label(f"Preparing example surfaces (simulated): {starter.line}")
+
+    state()
+    drawn = [starter.state, starter.line]
+
+    def update() -> None:
+        now = [starter.state, starter.line]
+        if now != drawn:
+            drawn[:] = now
+            state.refresh()
+            if starter.state == "ready":
+                ready()
+
+    ui.timer(0.5, update)

@@ -1,17 +1,23 @@
-"""Listening port of a server, bound before anything starts, and the addresses that lead to it."""
+"""Server: a bound port, the addresses that lead to it, their QR codes, and uvicorn with limits of its own."""
 
 from __future__ import annotations
 
 import errno
+import io
 import ipaddress
 import os
 import socket
+import ssl
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import psutil
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import imported
@@ -21,6 +27,15 @@ LOCALHOST = "localhost"
 LOOPBACK = ("127.0.0.1", LOCALHOST, "::1")
 EVERYWHERE = ("0.0.0.0", "::")
 CERTIFICATE = "https.pem"
+_BLACK_AND_WHITE, _RESET = "\x1b[40;97m", "\x1b[0m"
+MOST_FILES = 8192
+"""Open files that the process requests from the system, for connections and for reading."""
+MOST_CONNECTIONS = 2048
+"""Including websockets; above, requests are answered with 503. A tablet opens up to six."""
+MOST_MESSAGE_BYTES = 4 * 2**20
+"""Of a websocket message."""
+IDLE_S = 65
+"""Longest wait between the requests of a connection."""
 
 
 @dataclass(frozen=True)
@@ -207,3 +222,83 @@ def is_loopback(host: str) -> bool:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
         return host == LOCALHOST
+
+
+def svg_qr_code(address: str) -> str:
+    """Return a QR code as an SVG data URI for the ``src`` of an ``img``."""
+    segno = imported("segno", extra="studio", what="QR codes")
+    return str(segno.make_qr(address, error="m").svg_data_uri(scale=4, light="#fff"))
+
+
+def terminal_qr_code(address: str, columns: int) -> str:
+    """Return a QR code of half blocks, dark on light in any colour scheme; "" if wider than ``columns``."""
+    segno = imported("segno", extra="studio", what="QR codes")
+    # Low error correction: each level makes the code larger, and a screen has no scratches.
+    code = segno.make_qr(address, error="l")
+    if code.symbol_size()[0] > columns:
+        return ""
+    drawn = io.StringIO()
+    code.terminal(drawn, compact=True)
+    return "\n".join(f"{_BLACK_AND_WHITE}{line}{_RESET}" for line in drawn.getvalue().splitlines())
+
+
+class Websocket(WebSocketsSansIOProtocol):
+    """A websocket that can shut down while the client is closing it.
+
+    uvicorn's would send a close frame then, which its protocol refuses; the exception would end the server.
+    """
+
+    def shutdown(self) -> None:
+        """Close the websocket, or abort its connection if that is closing already."""
+        if self.transport.is_closing():
+            self.transport.abort()
+        else:
+            super().shutdown()
+
+
+class StudioServer(uvicorn.Server):
+    """uvicorn over TLS with a context, which ends without waiting for clients; ``options`` as of `uvicorn.Config`."""
+
+    def __init__(self, app: Any, *, context: ssl.SSLContext | None = None, **options: Any) -> None:
+        config = uvicorn.Config(
+            app,
+            log_level="critical",  # the guard logs errors; uvicorn those, too, of requests that it cancels at the end
+            access_log=False,  # addresses hold tickets and the token
+            server_header=False,
+            http="h11",  # httptools accepts headers of any length
+            ws=Websocket,
+            ws_max_size=MOST_MESSAGE_BYTES,
+            limit_concurrency=most_connections(),
+            timeout_keep_alive=IDLE_S,
+            timeout_graceful_shutdown=2,
+            ssl_context_factory=None if context is None else lambda config, default: context,
+            **options,
+        )
+        super().__init__(config)
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Stop without waiting for clients: over TLS, a sleeping tablet does not announce its end."""
+        for one in list(self.server_state.connections):
+            if isinstance(one, H11Protocol) and (
+                one.cycle is None or one.cycle.response_complete or one.cycle.more_body
+            ):
+                one.transport.abort()
+        await super().shutdown(sockets)
+
+
+def most_connections() -> int:
+    """Return the limit of connections here, after raising the process's limit of open files as far as possible.
+
+    macOS allows 256, which 50 tablets exhaust. At most half of the files are for connections.
+    """
+    try:
+        import resource
+    except ImportError:  # Windows, which has no such limit
+        return MOST_CONNECTIONS
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    most = MOST_FILES if hard == resource.RLIM_INFINITY else min(MOST_FILES, hard)
+    if soft != resource.RLIM_INFINITY and soft < most:
+        with suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return MOST_CONNECTIONS if soft == resource.RLIM_INFINITY else min(MOST_CONNECTIONS, soft // 2)

@@ -5,8 +5,10 @@ from __future__ import annotations
 import hashlib
 import threading
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -19,6 +21,7 @@ MOST_BYTES = 256 * 2**20
 """Samples and spectrograms in memory for the browser."""
 MOST_FILES = 1000
 """Files whose signals' keys are remembered."""
+T = TypeVar("T")
 Source = Signal | Path
 """A signal, or the file that holds it."""
 
@@ -32,76 +35,77 @@ class ShownSignal:
     traits: SignalTraits
 
 
-@dataclass
+class ValueCache(Generic[T]):
+    """Values by key up to a total size, the least recently used dropped first; concurrent calls make a value once."""
+
+    def __init__(self, most: float, size: Callable[[T], float] = lambda value: 1.0) -> None:
+        self.most, self._size = most, size
+        self._values: OrderedDict[Hashable, T] = OrderedDict()
+        self._making: dict[Hashable, threading.Lock] = {}
+        self._lock = threading.Lock()
+
+    def find(self, key: Hashable) -> T | None:
+        """Return a value, or None if it is not in the cache."""
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+            return self._values.get(key)
+
+    def get(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return a value, made by ``make`` if it is not in the cache."""
+        with self._lock:
+            lock = self._making.setdefault(key, threading.Lock())
+        try:
+            with lock:
+                value = self.find(key)
+                if value is None:
+                    value = make()
+                    self._put(key, value)
+                return value
+        finally:
+            with self._lock:
+                self._making.pop(key, None)
+
+    def _put(self, key: Hashable, value: T) -> None:
+        with self._lock:
+            self._values[key] = value
+            while len(self._values) > 1 and sum(map(self._size, self._values.values())) > self.most:
+                self._values.popitem(last=False)
+
+
 class ShownSignals:
     """Signals by key; the least recently used is dropped first."""
 
-    most: int = MOST_BYTES
-    _signals: OrderedDict[str, ShownSignal] = field(default_factory=OrderedDict)
-    _files: OrderedDict[tuple[Path, int], str] = field(default_factory=OrderedDict)
-    _lock: threading.Lock = field(default_factory=threading.Lock)
-    _analysing: dict[Path | str, threading.Lock] = field(default_factory=dict)
-    """Locks of signals being analysed, by file or key."""
+    def __init__(self, most: int = MOST_BYTES) -> None:
+        self.signals: ValueCache[ShownSignal] = ValueCache(most, _bytes)
+        self._keys: ValueCache[str] = ValueCache(MOST_FILES)
 
     def load(self, source: Source) -> ShownSignal:
         """Return a signal with its traits, which takes long for minutes of samples; concurrent calls share the work.
 
         Raises `DataError` if its file cannot be read.
         """
-        name = source if isinstance(source, Path) else key_of(source)
-        with self._lock:
-            lock = self._analysing.setdefault(name, threading.Lock())
-        with lock:
-            shown = self.cached(source) if isinstance(source, Path) else self._get(str(name))
-            if shown is None:
-                shown = self._analysed(source)
-        with self._lock:
-            self._analysing.pop(name, None)
-        return shown
-
-    def _analysed(self, source: Source) -> ShownSignal:
-        signal = read_signal(source) if isinstance(source, Path) else source
-        key = key_of(signal)
-        shown = self._get(key) or ShownSignal(key, signal, traits_of(signal))
-        with self._lock:
-            if isinstance(source, Path):
-                self._files[_file(source)] = key
-                while len(self._files) > MOST_FILES:
-                    self._files.popitem(last=False)
-            self._put(shown)
-        return shown
+        if isinstance(source, Signal):
+            key = key_of(source)
+            return self.signals.get(key, lambda: ShownSignal(key, source, traits_of(source)))
+        key = self._keys.get(_file(source), lambda: self.load(read_signal(source)).key)
+        return self.signals.find(key) or self.load(read_signal(source))
 
     def cached(self, source: Source) -> ShownSignal | None:
         """Return a file's signal if it is in the cache; None for a `Signal`, whose key takes long to compute."""
         if not isinstance(source, Path):
             return None
         try:
-            return self._get(self._files.get(_file(source), ""))
+            return self.signals.find(self._keys.find(_file(source)))
         except OSError:
             return None
 
-    def _get(self, key: str) -> ShownSignal | None:
-        with self._lock:
-            shown = self._signals.get(key)
-            if shown is not None:
-                self._signals.move_to_end(key)
-            return shown
-
     def get(self, key: str) -> ShownSignal:
         """Return a signal by its key; `DataError` if it is no longer in the cache."""
-        shown = self._get(key)
+        shown = self.signals.find(key)
         if shown is None:
             raise DataError("this signal is no longer in memory; reload the page")
         return shown
-
-    def _put(self, shown: ShownSignal) -> None:
-        self._signals[shown.key] = shown
-        self._signals.move_to_end(shown.key)
-        while len(self._signals) > 1 and sum(_bytes(one) for one in self._signals.values()) > self.most:
-            self._signals.popitem(last=False)
-
-
-SHOWN = ShownSignals()
 
 
 def key_of(signal: Signal) -> str:
@@ -120,3 +124,6 @@ def _file(path: Path) -> tuple[Path, int]:
 
 def _bytes(shown: ShownSignal) -> int:
     return shown.signal.samples.nbytes + shown.traits.level.nbytes
+
+
+SHOWN = ShownSignals()

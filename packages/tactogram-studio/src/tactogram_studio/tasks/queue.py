@@ -25,8 +25,14 @@ from tactogram.datasets import clear_stale_parts
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import write_text
 from tactogram.workflows import is_training
-from tactogram_studio.tasks.detached import DetachedProcess, start
-from tactogram_studio.tasks.log import TaskProgress, last_message, progress_of, reports_stop
+from tactogram_studio.tasks.log import (
+    DetachedProcess,
+    TaskProgress,
+    last_message,
+    progress_of,
+    reports_stop,
+    start,
+)
 from tactogram_studio.workspace.commands import command_line
 from tactogram_studio.workspace.folder import Workspace
 

@@ -17,8 +17,7 @@ from typing import IO
 
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io import READABLE, UnpackedSizeError, check_archive
-from tactogram_studio.workspace.dated_folders import DatedFolders
-from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.folder import DatedFolders, Workspace
 from tactogram_studio.workspace.uploads import LONGEST_NAME, MIB, RESERVED, check_unpacked_size, most_bytes_of
 
 FOLDER = ".received"

@@ -1,8 +1,9 @@
-"""Finished runs of a workspace: listed without torch, loaded once, used by one thread at a time."""
+"""Runs of a workspace: finished ones are listed without torch and loaded once; all are summarised."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -14,7 +15,8 @@ from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, TactogramError
 from tactogram.model import ImageKind, Kind, SignalKind
 from tactogram.signal import Signal
-from tactogram.text_files import read_json
+from tactogram.text_files import read_json, read_toml
+from tactogram.workflows import evaluation_results, is_training, numbers_of
 from tactogram_studio.workspace.folder import STORE, Workspace
 
 if TYPE_CHECKING:
@@ -189,3 +191,52 @@ def _read(file: Path) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise DataError(f"{file}: expected an object")
     return values
+
+
+@dataclass(frozen=True)
+class RunSummary:
+    """Summary of a run with its results by name; entries whose file is unreadable are empty.
+
+    ``training`` is whether a process, of any origin, is training it.
+    """
+
+    folder: Path
+    model: str
+    finished: bool
+    training: bool = False
+    data: Mapping[str, Any] = field(default_factory=dict)
+    recipe: Mapping[str, Any] = field(default_factory=dict)
+    validation: Mapping[str, float] = field(default_factory=dict)
+    evaluation: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any of its data is simulated."""
+        return bool(self.data.get("simulated"))
+
+    @property
+    def has_report(self) -> bool:
+        """Whether it was evaluated."""
+        return (self.folder / "report.html").is_file()
+
+
+def run_summary(folder: Path) -> RunSummary:
+    """Return the summary of a run folder."""
+    recipe = _read_or_empty(folder / "recipe.toml")
+    return RunSummary(
+        folder,
+        str(recipe.get("model", "unknown")),
+        (folder / "model.json").is_file(),
+        is_training(folder),
+        _read_or_empty(folder / "data.json"),
+        recipe,
+        numbers_of(_read_or_empty(folder / "model.json").get("validation")),
+        evaluation_results(_read_or_empty(folder / "evaluation.json")),
+    )
+
+
+def _read_or_empty(path: Path) -> dict[str, Any]:
+    with suppress(DataError):
+        values = read_toml(path) if path.suffix == ".toml" else read_json(path)
+        return values if isinstance(values, dict) else {}
+    return {}

@@ -14,13 +14,15 @@ from tactogram.datasets.preview import preview_dataset
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file
 from tactogram.signal.io.content import TableLayout
-from tactogram_studio.pages.materials.columns import ColumnChoices
 from tactogram_studio.pages.materials.import_page import safe_store_name
-from tactogram_studio.pages.materials.layout_card import by_key, timing_text
-from tactogram_studio.pages.materials.preview_view import in_words_of_the_page
+from tactogram_studio.pages.materials.layout_card import ColumnChoices, by_key, timing_text
 
 T = np.arange(400) / 500
+
+
 WAVES = np.stack([np.sin(2 * np.pi * 60 * T + phase) for phase in range(3)])
+
+
 HEADINGS = ("t", "a", "b", "c", "note")
 
 
@@ -158,14 +160,7 @@ def test_what_a_preview_read_is_chosen_at_first(tmp_path):
     np.testing.assert_array_equal(mapped.samples, read_file(tmp_path / "lab/felt/take_1.csv").signal.samples)
 
 
-def test_reasons_name_what_the_page_offers(tmp_path):
-    facts = preview_dataset("folder", lab(tmp_path / "lab"), workers=1)
-    reasons = [in_words_of_the_page(each["reason"], tmp_path / "lab") for each in facts["skipped"]]
-    assert "export it as .csv" in reasons[0]
-    assert reasons[1:] == [
-        "felt/broken.csv: time column 'Elapsed Time' without unit goes in steps of 0.1 (10 Hz in s, 10000 Hz in ms); "
-        "choose its unit, or fill in 'Rate, Hz'",
-    ]
+def test_a_store_may_have_the_suggested_name():
     assert (safe_store_name("Kork ä (1)"), safe_store_name("…")) == ("Kork____1", "recordings")
 
 

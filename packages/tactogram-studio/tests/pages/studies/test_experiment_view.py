@@ -1,5 +1,4 @@
 import io
-import re
 import zipfile
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -7,17 +6,6 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_studio import study_server
-from tactogram_studio.application import ServerAnnouncement
-from tactogram_studio.pages.studies.catalogue import (
-    counts_of,
-    new_session_folder,
-    pairs_of,
-    power_rows,
-    workspace_sessions,
-    workspace_studies,
-)
-from tactogram_studio.pages.studies.editor.draft import copy_study
 from tactogram_studio.pages.studies.experiment_view import (
     address_of,
     answers_rows,
@@ -28,11 +16,7 @@ from tactogram_studio.pages.studies.experiment_view import (
     since_text,
     view_of,
 )
-from tactogram_studio.pages.studies.joining import reachable_roots
-from tactogram_studio.workspace.folder import Workspace
-from tactogram_study.participants.prepared_stimuli import PreparedStimuli
 from tactogram_study.session.store import SessionStore
-from tactogram_study.study_file import shipped_studies
 from tactogram_study.workflows.answers import export_zip
 from tactogram_study.workflows.sessions import begin_session, simulate_session
 
@@ -147,99 +131,3 @@ def test_downloads_hold_the_whole_export(session, kind, name):
     with zipfile.ZipFile(io.BytesIO(data)) as file:
         assert file.testzip() is None
         assert name in {Path(path).name for path in file.namelist()}
-
-
-def test_the_catalogue_lists_every_design_and_what_is_wrong_with_a_file(session, tmp_path):
-    workspace = Workspace.at(tmp_path)
-    copied = copy_study(workspace, "threshold", "threshold")
-    copied.with_name("broken.toml").write_text("[design]\nkind = 'abx'\n")
-    bare = re.sub(r"\[analysis.margins.*?(?=\n\[)", "", copied.read_text(encoding="utf-8"), flags=re.S)
-    copied.with_name("bare.toml").write_text(bare, encoding="utf-8")
-    found = {study.name: study for study in workspace_studies(workspace)}
-    assert set(shipped_studies()) < set(found)
-    assert found["studies/threshold.toml"].question_text.startswith("How weak")
-    assert "margins: staircase ±3 dB" in found["threshold"].line
-    assert "margins: none, so that equivalence cannot be shown" in found["studies/bare.toml"].line
-    assert found["studies/broken.toml"].error
-    [one] = workspace_sessions(workspace)
-    assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 1 going on, 1 not begun")
-
-
-def test_a_session_that_cannot_be_opened_is_listed_with_its_reason(tmp_path):
-    (tmp_path / "old").mkdir()
-    (tmp_path / "old" / "answers.sqlite").write_bytes(b"not a database " * 100)
-    [one] = workspace_sessions(Workspace.at(tmp_path))
-    assert "answers.sqlite is damaged" in one.error
-
-
-@pytest.mark.parametrize("name", ["../x", "", "a b", "-a", "x" * 41, "pilot-simulated", "pilot"])
-def test_names_of_sessions_that_cannot_be_are_refused(session, tmp_path, name):
-    with pytest.raises(ParameterError):
-        new_session_folder(Workspace.at(tmp_path), name)
-
-
-def test_forms_are_read_in_a_line():
-    assert counts_of("10, 20", "participants") == (10, 20)
-    assert pairs_of("participant=subject, value = hit", "headings") == {
-        "participant": "subject",
-        "value": "hit",
-    }
-    with pytest.raises(ParameterError, match="participants must be whole numbers"):
-        counts_of("ten", "participants")
-    with pytest.raises(ParameterError, match="headings must be name=value"):
-        pairs_of("participant", "headings")
-    with pytest.raises(ParameterError, match="margins must be name=value, each once"):
-        pairs_of("which=0.1, which=0.2", "margins")
-    assert power_rows([{"participants": 10, "power": 0.5}]) == (
-        ["participants", "shows the effect"],
-        [["10", "0.50"]],
-    )
-
-
-def test_a_study_that_cannot_be_served_is_refused_before_it_is_workspace_sessions(tmp_path, monkeypatch):
-    monkeypatch.setattr(study_server, "serve", lambda *_, **__: pytest.fail("served"))
-    with pytest.raises(ParameterError, match="no such study"):
-        study_server.run_study("nothing", tmp_path / "session", None)
-    with pytest.raises(ParameterError, match="a new session of a study needs out"):
-        study_server.run_study("abx", None, None)
-    with pytest.raises(DataError, match="no study was begun here"):
-        study_server.run_study(tmp_path, None, None)
-    with pytest.raises(ParameterError, match="never a name"):
-        study_server.run_study("abx", tmp_path / "session", None, codes=["Hanako"])
-    with pytest.raises(ParameterError, match="full scale"):
-        study_server.run_study(
-            "abx", tmp_path / "session", None, changes={"played_by": "server", "display": "voice-coil"}
-        )
-    assert not (tmp_path / "session").exists()
-
-
-def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_given(session, monkeypatch):
-    served, told = [], []
-    monkeypatch.setattr(study_server, "serve", lambda *given, **options: served.append((*given, options)))
-    monkeypatch.setattr(PreparedStimuli, "start", lambda self: None)  # nobody feels them
-    study_server.run_study(session.path.parent, None, "port", codes=["p1", "P3"], ready=told.append)
-    [(studio, listening, options)] = served
-    assert (listening, options["path"]) == ("port", "/experiment/pilot")
-    assert [one.code for one in session.participants()] == ["P1", "P2", "P3"]
-    roots = ("https://192.0.2.7:1", "https://192.0.2.8:1")
-    options["ready"](ServerAnnouncement(f"{roots[0]}/experiment/pilot?token=x", roots, "AA:BB"))
-    [facts] = told
-    join = studio.sessions.open(session.path.parent).join_path
-    assert (facts["join"], facts["addresses"]) == (f"{roots[0]}{join}", [f"{roots[1]}{join}"])
-    assert all(address.startswith(f"{roots[0]}/take/") for address in facts["codes"].values())
-    assert facts["certificate_sha256"] == "AA:BB"
-    studio.sessions.close()
-    with pytest.raises(ParameterError, match="omit out and changes"):
-        study_server.run_study(session.path.parent, None, None, changes={"seed": 2})
-
-
-def test_a_qr_code_leads_where_a_tablet_can_go():
-    numbers = ("https://192.0.2.7:1", "https://198.51.100.7:1")
-    assert (
-        reachable_roots("https://127.0.0.1:1", numbers)
-        == reachable_roots("https://127.0.0.2:1", numbers)
-        == numbers
-    )
-    assert reachable_roots(numbers[1], numbers) == numbers[::-1]
-    assert reachable_roots("https://lab.example", numbers) == (*numbers, "https://lab.example")
-    assert reachable_roots("http://[::1]:1", ()) == ("http://[::1]:1",)

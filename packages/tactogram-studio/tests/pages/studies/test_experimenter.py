@@ -7,7 +7,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 from tactogram.cli import main
-from tactogram_studio.server.qr_code import svg_qr_code
+from tactogram_studio.server.listening import svg_qr_code
 from tactogram_study.session.store import SessionStore
 
 LISTENING = ("--host", "0.0.0.0", "--port", "0", "--https", "--no-open")
@@ -174,13 +174,13 @@ def test_a_port_that_cannot_be_had_begins_no_study_and_leaves_nothing(page, lab,
                 f"cannot listen on port {port} of 127.0.0.2 (Address already in use)",
             ),
             (
-                ("--host", "203.0.113.9"),
+                ("--host", "203.0.113.9", "--port", "0"),
                 "of 203.0.113.9 (Cannot assign requested address)",
             ),
             (("--certificate", "no.pem"), "no.pem: no such file; expected the certificate in PEM format"),
             (("--key", "no.pem"), "key needs certificate, got only key; give both"),
         ):
-            assert main([*verb, "--no-open", "--port", "0", *more]) == 1
+            assert main([*verb, "--no-open", *more]) == 1
             said = capsys.readouterr()
             assert (said.out, said.err.count("\n"), told in said.err) == ("", 1, True)
     assert list(folder.iterdir()) == []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from fastapi import Response
@@ -9,21 +11,191 @@ from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.rendering import haptic_format, haptic_formats, to_one_axis
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.effects.effect import Effect, Track, signal_of
-from tactogram_studio.pages.edit.editor import Editor
-from tactogram_studio.pages.edit.exports import SavedEffects, WrittenFile, WrittenFiles
-from tactogram_studio.pages.edit.feel import add_feel_routes
-from tactogram_studio.pages.edit.files_view import FilesCard
-from tactogram_studio.pages.edit.sources_view import draw_sources
+from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.editor import Editor
+from tactogram_studio.effects.effect import (
+    Effect,
+    Track,
+    effect_from_json,
+    signal_of,
+    track_of,
+    track_of_signal,
+)
+from tactogram_studio.effects.files import (
+    EFFECT,
+    SavedEffects,
+    WrittenFile,
+    WrittenFiles,
+    add_feel_routes,
+    feel_path,
+)
 from tactogram_studio.pages.edit.timeline_view import Timeline
+from tactogram_studio.server.listening import svg_qr_code
 from tactogram_studio.signals.sound import NORMAL_PEAK, sound_of
-from tactogram_studio.signals.view import load_player
+from tactogram_studio.signals.view import SignalEntry, load_player, signal_cards
+from tactogram_studio.workspace.shelf import SignalSources
 from tactogram_study.participants.tickets import SessionKeys, load_keys
 
+MOST_SHOWN = 24
+"""Entries of a pattern that are written out."""
+VIBRATES = (
+    "A phone's browser can only switch the motor on and off, here for {pattern} ms; strength and frequency are in the "
+    "sound."
+)
+NOT_REACHABLE = (
+    "To feel it on a phone, stop the studio and start it for the local network: tactogram studio --host 0.0.0.0. A QR "
+    "code appears here then."
+)
+MOST_MIB = 32
+Insert = Callable[[tuple[Track, ...], bool], None]
 STATE = "edit"
 """Key of the page's settings in the browser's storage."""
+
+
+class FilesCard:
+    """Card that writes ``effect()`` and shows the last file; ``state`` holds the browser's format."""
+
+    def __init__(
+        self,
+        studio: Studio,
+        files: WrittenFiles,
+        keys: SessionKeys,
+        state: dict[str, Any],
+        effect: Callable[[], Effect],
+    ) -> None:
+        self.studio, self.files, self.keys, self.state, self.effect = studio, files, keys, state, effect
+        self.file: WrittenFile | None = None
+        self._written: Effect | None = None
+        self._pattern: list[int] = []
+        with kit.card("File", classes="w-full edit-card"):
+            titles = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
+            with ui.row().classes("items-center gap-4"):
+                last = str(state.get("format", "ahap"))
+                self._format = ui.select(titles, label="Format", value=last if last in titles else "ahap")
+                self._format.classes("w-72")
+                self._button = ui.button("Download", icon="download", on_click=self._write)
+                ui.button("Keep", icon="push_pin", on_click=self._keep).props("outline")
+            self._result()
+
+    def show(self, file: WrittenFile) -> None:
+        """Show how a file plays that was not written here."""
+        self._written = None
+        self._show(file, file.pattern())
+
+    def _show(self, file: WrittenFile, pattern: list[int]) -> None:
+        self.file, self._pattern = file, pattern
+        self._result.refresh()
+
+    async def _write(self) -> None:
+        effect, name = self.effect(), str(self._format.value)
+        with kit.busy("writing and reading back", button=self._button):
+            file = await kit.in_background(self.files.write, effect, name)
+            pattern = await kit.in_background(file.pattern)
+        self.state["format"], self._written = name, effect
+        self._show(file, pattern)
+        ui.download(f"/edit/file/{file.id}/{file.path.name}", file.path.name)
+
+    async def _keep(self) -> None:
+        effect = self.effect()
+        signal = await kit.in_background(signal_of, effect)
+        facts = {"simulated": effect.simulated, EFFECT: effect.to_json()}
+        kept = await kit.in_background(
+            lambda: self.studio.shelf.keep(signal, title=effect.title, facts=facts)
+        )
+        ui.notify(f"{kept.title} is kept: it is on the pages Send and Make, and opens here with its tracks.")
+
+    @ui.refreshable_method
+    def _result(self) -> None:
+        file = self.file
+        if file is None:
+            kit.hint("What the file keeps and loses, and how it plays, will appear here.")
+            return
+        with ui.row().classes("items-center gap-2"):
+            ui.link(file.path.name, f"/edit/file/{file.id}/{file.path.name}").props("download")
+            kit.hint(haptic_format(file.format).title)
+            kit.mark_simulated(file.simulated, "from a simulated signal")
+        for sentence in file.told:
+            ui.label(sentence)
+        entries = [SignalEntry(file.signal(), "As the file plays it", file.simulated, key="2")]
+        if (drawn := self._written) is not None:
+            entries.insert(0, SignalEntry(signal_of(drawn), "As drawn", drawn.simulated, key="1"))
+        with ui.element("div").classes("edit-plays"):
+            signal_cards(entries, same_gain=True, small=True)
+        self._phone(file)
+
+    def _phone(self, file: WrittenFile) -> None:
+        ui.label("On a phone").classes("font-bold mt-2").props('role="heading" aria-level="3"')
+        shown = ", ".join(map(str, self._pattern[:MOST_SHOWN]))
+        more = " …" if len(self._pattern) > MOST_SHOWN else ""
+        kit.hint(VIBRATES.format(pattern=shown + more))
+        path = feel_path(file, self.keys)
+        if not self.studio.roots:
+            kit.hint(NOT_REACHABLE)
+            ui.link("Open the phone's page here", path, new_tab=True)
+            return
+        address = f"{self.studio.roots[0]}{path}"
+        image = ui.element("img").classes("edit-qr")
+        image.props.update(src=svg_qr_code(address), alt="QR code: the phone's page of this file")
+        ui.link(address, address, new_tab=True).classes("break-all")
+        kit.hint(
+            "The address leads to this file only, without the studio's token, until 40 newer files are written."
+        )
+
+
+def draw_sources(
+    studio: Studio,
+    files: WrittenFiles,
+    insert: Insert,
+    *,
+    of: str,
+    audition: Callable[[WrittenFile], None],
+) -> None:
+    """Draw the cards; ``insert`` adds tracks at the cursor, ``audition`` shows a file.
+
+    ``of`` is the id of a signal to begin with, or empty.
+    """
+    sources = SignalSources(studio.workspace, studio.shelf)
+
+    async def add_signal(identifier: str) -> None:
+        tracks, simulated = await kit.in_background(tracks_from, studio, sources, identifier)
+        insert(tracks, simulated)
+
+    async def opened(name: str, data: bytes) -> None:
+        file, content = await kit.in_background(files.upload, name, data)
+        audition(file)  # also of one that is too long to be edited
+        if content.events is None:
+            track = await kit.in_background(track_of_signal, to_one_axis(content.signal)[0], file.title)
+        else:
+            track = await kit.in_background(track_of, content.events, file.title)
+        insert((track,), file.simulated)
+
+    with kit.card("Ready effects", classes="w-full edit-card"):
+        kit.hint("Each becomes a track at the cursor.")
+        with ui.element("div").classes("edit-ready"):
+            for title, ready in ready_effects().items():
+                button = ui.button(title, on_click=partial(insert, (ready.track,), False))
+                button.props("outline dense").tooltip(ready.about)
+    with kit.card("Results and files", classes="w-full edit-card"):
+        kit.signal_choice(sources, "kept", add_signal)
+        kit.file_field("A haptic file: AHAP, .haptic, HJIF, JSON", opened, most_mib=MOST_MIB)
+    if of:
+        ui.timer(0.05, partial(add_signal, of), once=True)
+
+
+def tracks_from(studio: Studio, sources: SignalSources, identifier: str) -> tuple[tuple[Track, ...], bool]:
+    """Return a signal of the workspace as tracks, those of a kept effect as they were, and whether it is simulated."""
+    if identifier.startswith("kept:"):
+        facts = studio.shelf.get(identifier.removeprefix("kept:")).facts
+        if isinstance(text := facts.get(EFFECT), str):
+            effect = effect_from_json(text, where="the kept result's effect")
+            if not effect.tracks:
+                raise DataError("the kept result's effect is empty")
+            return effect.tracks, effect.simulated
+    selected = sources.select(identifier)
+    return (track_of_signal(selected.signal(), selected.title),), selected.simulated
 
 
 def add(studio: Studio) -> None:

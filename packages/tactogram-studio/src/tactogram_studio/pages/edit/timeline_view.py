@@ -11,8 +11,8 @@ from nicegui import events, ui
 
 from tactogram.errors import ParameterError
 from tactogram_studio import kit
+from tactogram_studio.effects.editor import LINES, TONE, Editor, Operation
 from tactogram_studio.effects.effect import Track
-from tactogram_studio.pages.edit.editor import LINES, TONE, Editor, Operation
 
 TOOLS = {"select": "Select", "draw": "Draw", "transient": "Add transients"}
 SNAPS = {0.001: "1 ms", 0.005: "5 ms", 0.01: "10 ms", 0.05: "50 ms"}

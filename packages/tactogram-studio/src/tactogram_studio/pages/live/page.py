@@ -10,9 +10,8 @@ from nicegui.events import KeyEventArguments
 from tactogram.errors import ParameterError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.live.choices import session_state
-from tactogram_studio.pages.live.form import LiveForm
-from tactogram_studio.pages.live.runner import LiveRequest, LiveRunner
+from tactogram_studio.pages.live.form import LiveForm, session_state
+from tactogram_studio.tasks.live import LiveRequest, LiveRunner
 from tactogram_studio.workspace.commands import arguments, command_line
 
 LABELS = {"accept": "Accept", "redo": "Repeat", "skip": "Skip", "stop": "Break", "begin": "Begin"}

@@ -16,7 +16,7 @@ from tactogram.rendering import MotionFile
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal
 from tactogram_studio import kit
-from tactogram_studio.pages.make.form import Crop
+from tactogram_studio.generation.form import Crop
 from tactogram_studio.workspace.uploads import (
     check_upload,
     read_uploaded_image,

@@ -14,8 +14,8 @@ from nicegui import ui
 from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
+from tactogram_studio.generation.form import LONGEST_S, MOST_COUNT, MOST_SEED, word_label
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
-from tactogram_studio.pages.make.form import LONGEST_S, MOST_COUNT, MOST_SEED, word_label
 from tactogram_studio.pages.make.mix_view import draw_mix
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
-from tactogram_studio.pages.make.material_map import map_html, point_of, weights_at
+from tactogram_studio.generation.runs import point_of, weights_at
 
 if TYPE_CHECKING:
     from tactogram_studio.pages.make.page import MakePage
@@ -115,8 +115,14 @@ class _Mix:
             return
         self.place.clear()
         with self.place:
-            point = point_of(self.state.request.weights, self.materials, places)
-            ui.html(map_html(self.materials, places, point), sanitize=False)
+            x, y = point_of(self.state.request.weights, self.materials, places)
+            with ui.element("div").classes("map").props("data-map"):
+                chart = ui.echart(map_options(self.materials, places)).classes("absolute-full h-full")
+                names = kit.attribute(", ".join(self.materials))
+                chart.props(f'role="img" aria-label="Map of {names}"')
+                handle = ui.element("button").classes("map-handle").props('type="button" data-map-handle')
+                handle.props('aria-label="Point on the map of materials: arrow keys move it"')
+                handle.style(f"left: {100 * x:.2f}%; top: {100 * y:.2f}%")
             kit.hint(
                 "Materials with similar spectra are close together. Drag the point, or move it with the arrow keys, "
                 "to mix the three nearest materials."
@@ -142,3 +148,31 @@ class _Mix:
             slider.value = weights.get(name, 0.0)
         self.setting = False
         self._show_shares()
+
+
+def map_options(materials: Sequence[str], places: NDArray[np.float64]) -> dict[str, Any]:
+    """Return the options of an ECharts chart with the materials as named dots, x to the right and y down.
+
+    A name that would hide another shows when its dot is pointed at.
+    """
+    axis = {"type": "value", "min": 0, "max": 1, "show": False}
+    dots = [
+        {"name": name, "value": [float(x), float(y)], "label": {"position": "right" if x < 0.5 else "left"}}
+        for name, (x, y) in zip(materials, places, strict=True)
+    ]
+    return {
+        "animation": False,
+        "grid": {"left": 0, "right": 0, "top": 0, "bottom": 0},
+        "xAxis": axis,
+        "yAxis": {**axis, "inverse": True},
+        "tooltip": {"formatter": "{b}"},
+        "series": {
+            "type": "scatter",
+            "symbolSize": 9,
+            "itemStyle": {"color": "#51606e"},
+            "label": {"show": True, "formatter": "{b}", "color": "#17202a", "fontSize": 11, "width": 130}
+            | {"overflow": "truncate"},
+            "labelLayout": {"hideOverlap": True},
+            "data": dots,
+        },
+    }

@@ -15,12 +15,12 @@ from nicegui import app, ui
 from tactogram.errors import DataError, FailedTrainingError, TactogramError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.kit.starter import draw_progress
-from tactogram_studio.pages.make.form import GenerationRequest
+from tactogram_studio.generation.form import GenerationRequest
+from tactogram_studio.generation.runs import GeneratingRuns
+from tactogram_studio.generation.state import MakePageState
+from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.make.form_view import draw_form
 from tactogram_studio.pages.make.results_view import draw_results
-from tactogram_studio.pages.make.runs import GeneratingRuns
-from tactogram_studio.pages.make.state import MakePageState
 from tactogram_studio.signals import view as signal_view
 from tactogram_studio.workspace.shelf import KeptResult
 

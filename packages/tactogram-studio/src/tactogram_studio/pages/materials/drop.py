@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -16,11 +15,10 @@ from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
 from tactogram.workflows import add_signal
 from tactogram_studio import kit
-from tactogram_studio.pages.materials.media import HEAD, address
-from tactogram_studio.pages.materials.neighbours import draw_similar
-from tactogram_studio.pages.materials.recordings import open_named
+from tactogram_studio.pages.materials.media import HEAD, address, draw_similar
 from tactogram_studio.signals.view import add_routes, signal_card
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.recordings import open_named
 from tactogram_studio.workspace.uploads import save_upload
 
 FIELDS = {
@@ -97,7 +95,7 @@ class _UploadedFile:
         ui.navigate.to(address("drop", **(self.query | {"set": self.set} | changes)))
 
     def _message(self, error: Exception) -> str:
-        return in_words_of_the_page(str(error).replace(f"{self.folder}/", ""))
+        return str(error).replace(f"{self.folder}/", "")
 
     def draw_upload(self) -> None:
         async def take(name: str, data: bytes) -> None:
@@ -160,7 +158,7 @@ class _UploadedFile:
             kit.hint("Its uneven time stamps were converted to even spacing.")
         others = [f"{name} ({', '.join(other.axes)}, {other.unit})" for name, other in read.others.items()]
         for note in (*read.notes, *([f"also holds {', '.join(others)}"] if others else [])):
-            kit.hint(f"{in_words_of_the_page(note)}.")
+            kit.hint(f"{note}.")
 
     def _matching_set(self, signal: Signal) -> str:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
@@ -291,11 +289,6 @@ def _positive(text: str) -> str:
     with suppress(ValueError):
         return text if float(text) > 0 else ""
     return ""
-
-
-def in_words_of_the_page(text: str) -> str:
-    """Return an error or note on reading in which arguments are the fields of this page."""
-    return re.sub(r"`(\w+)=([^`]+)`", lambda found: f"{FIELDS.get(found[1], found[1])}: {found[2]}", text)
 
 
 def store_signal(folder: Path, name: str, data: bytes) -> Path:

@@ -22,16 +22,16 @@ from tactogram.recipe import parse_changes
 from tactogram.signal.io import TableLayout
 from tactogram.workflows import list_sets
 from tactogram_studio import kit
-from tactogram_studio.kit.tasks import TaskCards, TaskStart
-from tactogram_studio.pages.materials import receiving
-from tactogram_studio.pages.materials.media import HEAD, address
-from tactogram_studio.pages.materials.preview_view import PreviewView
-from tactogram_studio.pages.materials.receiving import (
-    add_routes,
-    draw_chooser,
+from tactogram_studio.kit.fields import (
+    RECEIVING_HEAD,
+    add_receiving_route,
     drop_zone,
+    folder_chooser,
     import_address,
 )
+from tactogram_studio.kit.tasks import TaskCards, TaskStart
+from tactogram_studio.pages.materials.media import HEAD, address
+from tactogram_studio.pages.materials.preview_view import PreviewView
 from tactogram_studio.tasks.queue import output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
 from tactogram_studio.workspace.folder import Workspace
@@ -50,11 +50,11 @@ MATERIALS = {
 
 def add(workspace: Workspace) -> None:
     """Register ``/materials/import`` and the route that takes folders."""
-    add_routes(workspace)
+    add_receiving_route(workspace)
 
     @kit.route("/materials/import")
     async def show(folder: str = "", set: str = "folder") -> None:
-        ui.add_head_html(HEAD + receiving.HEAD)
+        ui.add_head_html(HEAD + RECEIVING_HEAD)
         with kit.page("Materials"):
             ui.link("All stores", "/materials").classes("small")
             await ImportPage(workspace, folder, set).draw()
@@ -131,7 +131,7 @@ class ImportPage:
                 "zip of it. The files stay on this machine, and a "
                 "preview shows how each would be read before anything is imported."
             )
-            draw_chooser()
+            folder_chooser()
             if offered:
                 chosen = self.folder if self.folder in offered else None
                 field = ui.select(

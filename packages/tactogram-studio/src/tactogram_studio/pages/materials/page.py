@@ -1,26 +1,232 @@
-"""The page Materials: the stores of the workspace, a form to simulate one, and a place to drop recordings."""
+"""The page Materials: the stores, a form to simulate one, a place to drop recordings, and the pages of one store."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
 from urllib.parse import quote
 
 from nicegui import ui
+from PIL import Image as Pillow
 
-from tactogram.datasets import Store
+from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
+from tactogram.signal import Signal
 from tactogram.workflows import list_sets
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, folder_chooser
 from tactogram_studio.kit.tasks import TaskCards, TaskStart
-from tactogram_studio.pages.materials import drop, import_page, receiving, store
-from tactogram_studio.pages.materials.media import HEAD, add_routes, address
-from tactogram_studio.pages.materials.receiving import draw_chooser, drop_zone
-from tactogram_studio.pages.materials.recordings import open_named
+from tactogram_studio.pages.materials import drop, import_page
+from tactogram_studio.pages.materials.media import (
+    HEAD,
+    add_routes,
+    address,
+    draw_recording,
+    draw_similar,
+    picture,
+)
+from tactogram_studio.signals import view as signal_view
+from tactogram_studio.signals.view import signal_card
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.recordings import (
+    FIELDS,
+    NAMES,
+    UNITS,
+    RecordingFilter,
+    choices,
+    describe_recording,
+    filtered,
+    open_named,
+    page_bounds,
+    picture_of,
+    stream_of,
+)
 
+PER_PAGE = 20
+SHOWN_MATERIALS = 60
 UPDATE_S = 1.5
+
+
+def _add_store_pages(workspace: Workspace) -> None:
+    """Register ``/materials/set`` and ``/materials/recording``."""
+    signal_view.add_routes()
+
+    @kit.route("/materials/set")
+    async def show(set: str = "", q: str = "", material: str = "", more: str = "", number: int = 1) -> None:
+        ui.add_head_html(HEAD)
+        with kit.page("Materials"):
+            ui.link("All stores", "/materials").classes("small")
+            fields = dict(part.split("=", 1) for part in more.split("|") if "=" in part)
+            chosen = RecordingFilter(q, material, {name: fields[name] for name in FIELDS if name in fields})
+
+            def read() -> tuple[Store, list[RecordingInfo], dict[str, list[str]]]:
+                store = open_named(workspace, set)
+                return store, filtered(store.index, chosen), choices(store.index)
+
+            try:
+                store, shown, options = await kit.in_background(read)
+            except (TactogramError, OSError) as error:
+                kit.alert(str(error))
+                return
+            _draw_head(set, store)
+            if chosen == RecordingFilter():
+                _draw_materials(set, store)
+            _draw_recordings(set, store, chosen, number, shown, options)
+
+    @kit.route("/materials/recording")
+    async def show_recording(set: str = "", id: str = "", stream: str = "") -> None:
+        ui.add_head_html(HEAD)
+        with kit.page("Materials"):
+            ui.link(f"All recordings of {set}", address("set", set=set)).classes("small")
+
+            def read() -> tuple[Store, str, Signal]:
+                store = open_named(workspace, set)
+                name = stream_of(store, id, stream)
+                return store, name, store.signal(id, name)
+
+            try:
+                store, name, signal = await kit.in_background(read)
+            except (TactogramError, OSError) as error:
+                kit.alert(str(error))
+                return
+            info = store.info(id)
+            _draw_metadata(set, store, info, name)
+            signal_card(signal, title=f"{name} of {info.material or id}", simulated=info.simulated)
+            draw_similar(workspace, signal, set_name=set, stream=name, without=(id,))
+
+
+def _draw_head(name: str, store: Store) -> None:
+    index = store.index
+    counts = [
+        (len({info.material for info in index} - {None}), "material"),
+        (len(store), "recording"),
+        (len({info.subject for info in index} - {None}), "subject"),
+        (len({info.session for info in index} - {None}), "session"),
+        (len(store.photograph_keys()), "photograph"),
+        (0 if store.facts.ratings is None else store.facts.ratings.rows, "rating"),
+    ]
+    with kit.card():
+        with ui.row().classes("items-center gap-3"):
+            kit.heading(name).style("overflow-wrap: anywhere")
+            if store.simulated:
+                count = sum(info.simulated for info in index)
+                text = "simulated" if count == len(store) else f"{count} of {len(store)} simulated"
+                ui.label(text).classes("simulated")
+        ui.label(" · ".join(f"{n:,} {what}{'' if n == 1 else 's'}" for n, what in counts if n))
+        streams = ", ".join(
+            f"{key} in {facts.unit} over {facts.domain} ({','.join(facts.axes)})"
+            for key, facts in store.streams.items()
+        )
+        kit.hint(f"{store.name} · {streams} · licence: {store.licence}")
+        kit.hint(f"sha256 {store.sha256[:16]}…").tooltip(store.sha256)
+        with ui.row():
+            ui.button("Upload a recording", on_click=lambda: ui.navigate.to(address("drop", set=name)))
+            train = ui.button("Train a model", on_click=lambda: ui.navigate.to(f"/train?data={quote(name)}"))
+            train.props("outline")
+
+
+def _draw_materials(name: str, store: Store) -> None:
+    counts = Counter(info.material for info in store.index if info.material is not None)
+    if not counts:
+        return
+    with kit.card(f"Materials ({len(counts)})"):
+        with ui.element("div").classes("swatches w-full"):
+            for material, count in sorted(counts.items())[:SHOWN_MATERIALS]:
+                with ui.element("div").classes("swatch whole"):
+                    keys = store.photographs_of(material)
+                    if keys:
+                        source = address("picture", set=name, key=keys[0], size=240)
+                        picture(source, f"Photograph of {material}")
+                    with ui.element("div"):
+                        ui.link(material, address("set", set=name, material=material)).classes("whole-link")
+                        kit.hint(f"{count} recording{'' if count == 1 else 's'}")
+        if len(counts) > SHOWN_MATERIALS:
+            kit.hint(f"{len(counts) - SHOWN_MATERIALS} more: select them below.")
+
+
+def _draw_recordings(
+    name: str,
+    store: Store,
+    chosen: RecordingFilter,
+    number: int,
+    shown: Sequence[RecordingInfo],
+    options: Mapping[str, list[str]],
+) -> None:
+    number, first, last = page_bounds(len(shown), number, PER_PAGE)
+    materials = sorted({info.material for info in store.index if info.material is not None})
+
+    def go(*, number: int = 1, **changes: Any) -> None:
+        query = {"q": chosen.text, "material": chosen.material, "fields": chosen.fields} | changes
+        more = "|".join(f"{key}={value}" for key, value in query.pop("fields").items() if value)
+        ui.navigate.to(address("set", set=name, **query, more=more, number=number if number > 1 else ""))
+
+    def choose(label: str, values: Sequence[str], value: str, change: Any) -> ui.select:
+        shown_values = {"": "any", **{value: value for value in values}}
+        select = ui.select(shown_values, label=label, value=value, with_input=len(values) > 20)
+        return select.props("dense options-dense").on_value_change(lambda event: change(event.value or ""))
+
+    with kit.card("Recordings"):
+        with ui.row().classes("items-end gap-3 w-full"):
+            text = ui.input("Search", value=chosen.text, placeholder="name, source or label")
+            text.props("dense clearable").on("clear", lambda: go(q=""))
+            text.on("keydown.enter", lambda: go(q=text.value or ""))
+            if materials:
+                choose("Material", materials, chosen.material, lambda m: go(material=m)).classes("w-48")
+            for key, values in options.items():
+                label = NAMES.get(key, key) + (f" ({UNITS[key]})" if key in UNITS else "")
+
+                def change(value: str, key: str = key) -> None:
+                    go(fields={**chosen.fields, key: value})
+
+                choose(label, values, chosen.fields.get(key, ""), change).classes("w-36")
+            if chosen != RecordingFilter():
+                clear = ui.button("Clear filters", on_click=lambda: ui.navigate.to(address("set", set=name)))
+                clear.props("flat dense")
+        kit.hint(f"{first + 1 if shown else 0} to {last} of {len(shown):,}").props('role="status"')
+        with ui.element("div").classes("w-full"):
+            for info in shown[first:last]:
+                draw_recording(name, store, info)
+        pages = -(-len(shown) // PER_PAGE)
+        if pages > 1:
+            with ui.row().classes("items-center"):
+                turn = ui.pagination(1, pages, direction_links=True, value=number)
+                turn.props('max-pages="7" boundary-numbers aria-label="Pages of recordings"')
+                turn.on_value_change(lambda event: go(number=int(event.value)))
+
+
+def _draw_metadata(set_name: str, store: Store, info: RecordingInfo, stream: str) -> None:
+    def go(stream: str) -> None:
+        ui.navigate.to(address("recording", set=set_name, id=info.id, stream=stream))
+
+    with kit.card():
+        with ui.row().classes("items-center gap-3"):
+            kit.heading(info.material or "Recording")
+            kit.mark_simulated(info.simulated)
+        with ui.row().classes("gap-6 items-start w-full"):
+            _draw_photograph(store, info)
+            with ui.element("div").style("flex: 1 1 18rem"), ui.element("dl").classes("facts"):
+                for term, text in describe_recording(info):
+                    ui.element("dt")._text = term
+                    ui.element("dd")._text = text
+        streams = list(store.streams_of(info.id))
+        if len(streams) > 1:
+            select = ui.select(streams, label="Stream", value=stream).classes("w-48")
+            select.on_value_change(lambda event: go(event.value))
+
+
+def _draw_photograph(store: Store, info: RecordingInfo) -> None:
+    key = picture_of(store, info)
+    if key is None:
+        return
+    with ui.element("figure").style("margin: 0; width: 16rem"):
+        photograph = ui.image(Pillow.fromarray(store.photograph(key).pixels)).style("border-radius: 8px")
+        photograph.props(f'alt="Photograph of {kit.attribute(info.material or info.id)}"')
+        if store.image_id(info.id) is None:
+            ui.element("figcaption").classes("small quiet")._text = "photograph of the material"
 
 
 def add(studio: Studio) -> None:
@@ -28,13 +234,13 @@ def add(studio: Studio) -> None:
     workspace = studio.workspace
     trainings_of(workspace).keep_advancing()
     add_routes(workspace)
-    store.add(workspace)
+    _add_store_pages(workspace)
     drop.add(workspace)
     import_page.add(workspace)
 
     @kit.route("/materials")
     async def show() -> None:
-        ui.add_head_html(HEAD + receiving.HEAD)
+        ui.add_head_html(HEAD + RECEIVING_HEAD)
         with kit.page("Materials"):
             with kit.card(), ui.row().classes("items-center justify-between w-full"):
                 ui.label("Upload a recording to see which materials it resembles, and add it to a store.")
@@ -90,7 +296,7 @@ def _draw_import() -> None:
             "Drop a folder with a folder for each material, or a zip of it: the studio shows how every file would be "
             "read before it imports them."
         )
-        draw_chooser()
+        folder_chooser()
         text = "Import from a folder of the workspace, or a published data set"
         ui.link(text, "/materials/import").classes("small")
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from nicegui import ui
@@ -22,45 +20,10 @@ if TYPE_CHECKING:
 MOST_LAYOUTS = 30
 MOST_SHOWN = 200
 """Kinds of skipped files, and materials, that the page lists."""
-REMEDIES = (
-    (r"; give the rate in Hz, e\.g\. `rate=1000`", "; choose the column of the time, or fill in 'Rate, Hz'"),
-    (
-        r"must be in a folder named after its material, .* with `path=[^`]+`",
-        "is in no folder; choose 'the file name' in 'Material named by', or the column of the material",
-    ),
-    (r": say its unit, `time=[^`]+`, or the rate.*", "; choose its unit, or fill in 'Rate, Hz'"),
-    (r"which array\? choose of (.+)", r"has several arrays (\1); choose what each is"),
-    (
-        r"which sheet\? choose of (.+?), e\.g\. `[^`]*`",
-        r"has several sheets (\1); save the one to read as a file of its own",
-    ),
-    (
-        r"; choose those of one(?: as axes|, e\.g\. `axes=[^`]+`)",
-        "; choose 'not read' for those of another unit",
-    ),
-    (r"choose the columns to read", "correct it, or choose 'not read' for its column"),
-    (
-        r"; leave the rate out, then resample",
-        "; empty 'Rate, Hz', and remove rate=… from 'What no file says'",
-    ),
-    (r"; leave the unit out", "; remove unit=… from 'What no file says'"),
-    (r"; give the rate instead", "; choose 'not read' for the time, and fill in 'Rate, Hz'"),
-    (r"omit (it|them|the column) from (?:the|a) mapping", "choose 'not read' for the column"),
-    (r"`((?:path|unit)=[^`]+)`", r"\1 in 'What no file says'"),
-)
-"""What readers advise, and what this page offers instead."""
 
 
 class _SupersededError(Exception):
     """Raised within a preview whose result is no longer wanted."""
-
-
-def in_words_of_the_page(text: str, folder: Path) -> str:
-    """Return the reason why a file is skipped, with the remedy that this page offers."""
-    text = text.replace(f"{folder}/", "")
-    for pattern, remedy in REMEDIES:
-        text = re.sub(pattern, remedy, text)
-    return text
 
 
 class PreviewView:
@@ -113,7 +76,7 @@ class PreviewView:
         except (TactogramError, OSError, ValueError) as error:
             if mine == self._generation:
                 self._bar.visible = False
-                self.problem.text = in_words_of_the_page(str(error), page.path)
+                self.problem.text = self._short(str(error))
             return
         if mine == self._generation and not self._place.is_deleted:
             self._bar.visible = False
@@ -125,7 +88,11 @@ class PreviewView:
         try:
             return preview_file(self.page.values["set"], self.page.path, name, options=options)
         except TactogramError as error:
-            return in_words_of_the_page(str(error), self.page.path)
+            return self._short(str(error))
+
+    def _short(self, text: str) -> str:
+        """Return a message with file names relative to the folder."""
+        return text.replace(f"{self.page.path}/", "")
 
     async def _map(self, number: int, layouts: Sequence[TableLayout]) -> None:
         self.page.map_columns(layouts)
@@ -179,11 +146,11 @@ class PreviewView:
             listed = [f"{name} ({count})" for name, count in [*materials.items()][:MOST_SHOWN]]
             kit.hint(", ".join(listed)).style("overflow-wrap: anywhere")
             if facts["question"]:
-                ui.label(in_words_of_the_page(facts["question"], self.page.path)).classes("text-negative")
+                ui.label(self._short(facts["question"])).classes("text-negative")
             elif facts["proposed_path"]:
                 kit.hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
             for note in facts["notes"]:
-                kit.hint(in_words_of_the_page(in_one_line(note), self.page.path))
+                kit.hint(self._short(in_one_line(note)))
             for stream, rates in facts["several_rates_hz"].items():
                 found = ", ".join(f"{rate:.7g}" for rate in rates)
                 kit.hint(
@@ -191,7 +158,7 @@ class PreviewView:
                 )
 
     def _show_skipped(self) -> None:
-        problems, path = self.facts["problems"], self.page.path
+        problems = self.facts["problems"]
         self._skipped.clear()
         if not problems:
             return
@@ -199,6 +166,6 @@ class PreviewView:
             kit.heading(f"Skipped ({len(self.facts['skipped'])})")
             with ui.element("ul").classes("skipped"):
                 for kind in problems[:MOST_SHOWN]:
-                    ui.element("li")._text = in_words_of_the_page(in_one_line(kind), path)
+                    ui.element("li")._text = self._short(in_one_line(kind))
             if len(problems) > MOST_SHOWN:
                 kit.hint(f"… and {len(problems) - MOST_SHOWN} more kinds")

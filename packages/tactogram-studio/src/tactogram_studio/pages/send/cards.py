@@ -10,8 +10,8 @@ from nicegui import ui
 from tactogram.errors import TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
-from tactogram_studio.pages.send.sending import SendResult, SendService
-from tactogram_studio.workspace.sources import SelectedSignal
+from tactogram_studio.workspace.sent import SendResult, SendService
+from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 class RequestCards:

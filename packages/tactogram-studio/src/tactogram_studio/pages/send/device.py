@@ -18,8 +18,8 @@ from tactogram.signal.io import read_signal
 from tactogram.text_files import parse_json, read_text
 from tactogram.workflows import CAREFUL, NULL, Playback, outputs
 from tactogram_studio import kit
-from tactogram_studio.pages.send.sending import DriveRequest, SendResult, SendService
 from tactogram_studio.workspace.commands import arguments, command_line
+from tactogram_studio.workspace.sent import DriveRequest, SendResult, SendService
 
 LOG = "played.jsonl"
 BUFFERED = "digilent"

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any
 
 from nicegui import ui
 
 from tactogram.errors import TactogramError
-from tactogram.rendering import display_family, open_display, read_calibrations
+from tactogram.rendering import Display, display_family, open_display, read_calibrations, shipped
 from tactogram.workflows import levels_of, list_displays
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.pages.send.device import DeviceCard, Speaker
-from tactogram_studio.pages.send.sending import DriveRequest, SendService
-from tactogram_studio.pages.send.wording import LEVEL_VALUES, LEVELS, level_text, warnings_of
-from tactogram_studio.workspace.sources import SelectedSignal
+from tactogram_studio.workspace.sent import LEVEL_VALUES, LEVELS, DriveRequest, SendService, level_text
+from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 @lru_cache(maxsize=64)
@@ -151,3 +150,19 @@ class DisplayCards(RequestCards):
                 ui.link("Report (JSON)", f"{files}/drive.report.json").props("download")
             kit.command_lines(result.facts["commands"])
         self._device.draw(result, display.unit)
+
+
+def warnings_of(display: Display, report: Mapping[str, Any]) -> list[str]:
+    """Return dangers to people or equipment, the worst first."""
+    warnings = []
+    if hazard := display_family(display.family).hazard:
+        warnings.append(hazard.format(peak=report["drive"]["peak"]))
+    elif display.unit == "V":
+        warnings.append("The drive is in volts at the actuator: set the amplifier before anybody touches it.")
+    if display.name in shipped():
+        warnings.append(
+            "This display's values were not measured on a device; yours may be stronger. Start weak."
+        )
+    if report["clipped"]:
+        warnings.append("Part of the drive was clipped; see below.")
+    return warnings

@@ -15,11 +15,10 @@ from tactogram_studio.context import Studio
 from tactogram_studio.pages.send.device import Speaker
 from tactogram_studio.pages.send.display import DisplayCards
 from tactogram_studio.pages.send.files import FileCards
-from tactogram_studio.pages.send.sending import SendService
 from tactogram_studio.signals.view import add_routes, placeholder, signal_card
 from tactogram_studio.workspace.commands import free_name
-from tactogram_studio.workspace.shelf import LONGEST_TITLE
-from tactogram_studio.workspace.sources import SelectedSignal
+from tactogram_studio.workspace.sent import SendService
+from tactogram_studio.workspace.shelf import LONGEST_TITLE, SelectedSignal
 from tactogram_studio.workspace.uploads import read_uploaded_signal, safe_name
 
 STATE = "send"
@@ -57,7 +56,7 @@ def add(studio: Studio) -> None:
 def _result_file(service: SendService, identifier: str, name: str) -> Path:
     result = service.get(identifier)
     files = result.facts.get("files", {}).values()
-    names = {facts["file"] for facts in files if "file" in facts} | {result.facts.get("zip")}
+    names = {facts["file"] for facts in files if "file" in facts}
     if name in names or (name in ("drive.report.json", "drive.report.png") and "report" in result.facts):
         return result.folder / name
     suffix = f".{name.removeprefix('drive.')}" if name.startswith("drive.") else name

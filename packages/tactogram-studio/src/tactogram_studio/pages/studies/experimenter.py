@@ -12,10 +12,9 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, PlainTextResponse, Response
 
 from tactogram.errors import TactogramError
-from tactogram.recipe import parse_changes
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.studies.catalogue import split_commas
+from tactogram_studio.pages.studies.catalogue import pairs_of
 from tactogram_studio.pages.studies.experiment_view import (
     ParticipantRow,
     SessionView,
@@ -252,7 +251,7 @@ class ExperimenterPage:
             ui.link(text, f"/experiment/{self.name}/report.html", new_tab=True)
 
     async def _simulate(self, button: ui.button) -> None:
-        effect = parse_changes(split_commas(self.effect.value))
+        effect = pairs_of(self.effect.value, "True effect")
         count = int(self.count.value or 0)
         with kit.busy("simulating participants", button=button):
             made = await kit.in_background(simulate_session, self.folder, participants=count, effect=effect)

@@ -9,8 +9,7 @@ from urllib.parse import urlsplit
 from nicegui import ui
 
 from tactogram_studio import kit
-from tactogram_studio.server.listening import is_loopback
-from tactogram_studio.server.qr_code import svg_qr_code
+from tactogram_studio.server.listening import is_loopback, svg_qr_code
 from tactogram_study.wording import own_name
 
 if TYPE_CHECKING:

@@ -13,13 +13,15 @@ from tactogram_studio.context import Studio
 from tactogram_studio.pages.studies.catalogue import (
     SessionEntry,
     StudyEntry,
+    analysis,
+    begin_dialog,
+    power,
     workspace_sessions,
     workspace_studies,
 )
-from tactogram_studio.pages.studies.editor.draft import STUDIES, copy_study, free_name
 from tactogram_studio.pages.studies.editor.page import add as add_editor
 from tactogram_studio.pages.studies.experiment_view import address_of
-from tactogram_studio.pages.studies.panels import analysis, begin_dialog, power
+from tactogram_studio.study_draft.draft import STUDIES, copy_study, free_name
 from tactogram_studio.workspace.uploads import save_upload
 from tactogram_study.wording import own_name
 from tactogram_study.workflows.studies import check_study

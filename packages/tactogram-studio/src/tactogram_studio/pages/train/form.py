@@ -2,21 +2,123 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 from urllib.parse import quote
 
 from nicegui import app, ui
 
 from tactogram.datasets import open_store
+from tactogram.errors import ParameterError
 from tactogram.models import ModelInfo, available
-from tactogram.workflows import RecipeField, assignments, model_choice, recipe_fields, text_of
+from tactogram.recipe import parse_changes
+from tactogram.workflows import (
+    RecipeField,
+    TrainingRequest,
+    assignments,
+    model_choice,
+    recipe_fields,
+    text_of,
+)
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.train.request import GROUPINGS, SPLIT_TEXTS, SPLITS, RunRequest, describe_model
-from tactogram_studio.tasks.queue import trainings_of
-from tactogram_studio.workspace.commands import command_line, free_name
+from tactogram_studio.tasks.queue import output_name, trainings_of
+from tactogram_studio.workspace.commands import arguments, command_line, free_name
 
+SPLITS = {
+    "": "random validation and test parts",
+    "last": "last recordings of each material as test part",
+    "blocks": "last fifth of every recording as test part",
+    "all": "no test part",
+}
+SPLIT_TEXTS = {
+    "": "Of each material, a fifth of the recordings is used for testing and a tenth for validation. This needs at "
+    "least three recordings of each; with fewer, choose another split.",
+    "last": "The last recordings of each material are used for testing and, where there are enough, the one before "
+    "them for validation.",
+    "blocks": "Every recording is divided: its last fifth is used for testing, one window after the rest. This is for "
+    "single long recordings of each material; it says nothing about another recording of it.",
+    "all": "All recordings are used for training: the run cannot be evaluated on its own data.",
+}
+"""Explanation of each split."""
+GROUPINGS = {
+    "recording": "single recordings",
+    "session": "recordings of a session",
+    "subject": "recordings of a subject",
+    "material": "recordings of a material (tests unseen materials)",
+    "condition": "recordings of a condition (speed and force)",
+}
+"""Groups of recordings that a split never divides."""
 SETTINGS = "Recipe settings"
+
+
+def training_options(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a training that the form has, from its entries: those of `tactogram.workflows.train`.
+
+    Raises `ParameterError` if the filter is not ``KEY=VALUE``, separated by spaces.
+    """
+    conditions = {}
+    for text in (values["where"] or "").split():
+        key, sign, value = text.partition("=")
+        if not (sign and key and value):
+            raise ParameterError(f"the filter must be KEY=VALUE, got {text!r}")
+        conditions[key] = value
+    return {
+        "recipe": values["recipe"],
+        "changes": parse_changes(values.get("set") or ()),
+        "split": f"last={int(values['last'] or 1)}" if values["split"] == "last" else values["split"],
+        "by": values["by"],
+        "label": (values["label"] or "material").strip(),
+        "where": conditions,
+    }
+
+
+def training_arguments(values: Mapping[str, Any]) -> list[str]:
+    """Return the equivalent arguments of ``tactogram``; `ParameterError` if an entry is not valid."""
+    chosen = training_options(values)
+    options = {
+        "--data": values["data"],
+        "--recipe": chosen["recipe"],
+        "--split": chosen["split"],
+        "--by": chosen["by"] if chosen["by"] != "recording" else "",
+        "--label": chosen["label"] if chosen["label"] != "material" else "",
+        "--where": [f"{key}={value}" for key, value in chosen["where"].items()],
+        "--set": values.get("set"),
+        "--out": output_name("runs", values["name"]),
+    }
+    return arguments("train", values["model"], options=options)
+
+
+def describe_model(model: ModelInfo) -> str:
+    """Return what a model does, what it learns from, and its paper."""
+    tasks = "; or ".join(_described(face) for face in model.faces)
+    authors = model.authors[0] + (" et al." if len(model.authors) > 1 else "")
+    return f"{tasks[0].upper()}{tasks[1:]}. {authors} {model.year}: {model.title}."
+
+
+def _described(model: ModelInfo) -> str:
+    task = {
+        "classification": "classifies the material of a signal",
+        "generation": f"generates {'an image' if model.gives == 'image' else 'signals'}",
+        "prediction": "predicts word ratings of signals or images",
+    }[model.task]
+    inputs = [
+        *model.needs,
+        *(f"{name} (optional)" for name in model.takes if name != "latent" and "vibration_" not in name),
+    ]
+    given = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
+    data = {
+        "recordings": "recordings of materials" + (" with photographs" if "image" in model.needs else ""),
+        "ratings": "people's ratings of signals or images",
+        "images": "rated images",
+        "both": "rated surfaces and rated signals",
+    }[model.learns_from]
+    return f"{task}{given}; learns from {data}"
+
+
+def _listed(names: list[str]) -> str:
+    names = [name.replace("speed_mm_s", "speed").replace("force_n", "force") for name in names]
+    return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
 
 def draw(studio: Studio, *, model: str = "", data: str = "") -> None:
@@ -136,41 +238,27 @@ class _TrainingForm:
                 text = f"{origin}: {text_of(field.published) or 'none'}. {text}"
             kit.hint(text)
 
-    def _request(self) -> RunRequest:
-        v = self.values
-        if self.settings:
-            v["set"] = assignments(self.settings, v["changes"])
-        elif not v["changes"]:
-            v["set"] = []
-        return RunRequest(
-            v["model"],
-            v["data"],
-            v["recipe"],
-            (v["name"] or "").strip(),
-            v["split"],
-            int(v["last"] or 1),
-            v["by"],
-            (v["label"] or "material").strip(),
-            v["where"] or "",
-            tuple(v.get("set", ())),
-        )
-
     def _changed(self) -> None:
         """Show the command, or what is wrong with the form."""
         with kit.refusals(self.error):
-            kit.set_text(self.command, command_line(self._request().arguments))
+            if self.settings:
+                self.values["set"] = assignments(self.settings, self.values["changes"])
+            elif not self.values["changes"]:
+                self.values["set"] = []
+            kit.set_text(self.command, command_line(training_arguments(self.values)))
         count = len(self.values.get("set") or [])
         self.settings_button.text = SETTINGS + (f" ({count} changed)" if count else "")
 
     async def _start(self) -> None:
-        request, workspace = self._request(), self.studio.workspace
         with kit.refusals(self.error), kit.busy("Checking model and data", button=self.start):
             from tactogram.workflows import check_training  # brings torch
 
-            queue = trainings_of(workspace)
-            queue.new_output(request.folder)
-            training = request.training_request(workspace.inside(request.data))
+            queue, folder = trainings_of(self.studio.workspace), output_name("runs", self.values["name"])
+            words = training_arguments(self.values)
+            queue.new_output(folder)
+            data = self.studio.workspace.inside(self.values["data"])
+            training = TrainingRequest(self.values["model"], data, **training_options(self.values))
             await kit.in_background(check_training, training)
-            await kit.in_background(queue.begin_new, "train", request.arguments, request.folder)
+            await kit.in_background(queue.begin_new, "train", words, folder)
             self._discard_changes()
-            ui.navigate.to(f"/train/watch?run={quote(request.folder)}")
+            ui.navigate.to(f"/train/watch?run={quote(folder)}")

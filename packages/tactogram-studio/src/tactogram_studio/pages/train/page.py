@@ -11,8 +11,9 @@ from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.kit.tasks import ACTIVITIES, ProgressRow, TaskCards, badge
 from tactogram_studio.pages.train import compare, form, watch
-from tactogram_studio.pages.train.run_summary import RunSummary, run_summary, state_of
+from tactogram_studio.pages.train.watch import state_of
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
+from tactogram_studio.workspace.runs import RunSummary, run_summary
 
 
 def add(studio: Studio) -> None:

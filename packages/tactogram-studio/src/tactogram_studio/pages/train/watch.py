@@ -17,10 +17,10 @@ from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.kit.tasks import ProgressRow, TaskCards, badge
 from tactogram_studio.pages.train.compare import loss_options
-from tactogram_studio.pages.train.run_summary import run_summary, state_of
 from tactogram_studio.signals.view import add_routes, signal_card
 from tactogram_studio.tasks.log import checkpoint_position, loss_curves, read_metrics, thinned
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
+from tactogram_studio.workspace.runs import RunSummary, run_summary
 
 SHOWN_SAMPLES = 6
 
@@ -39,6 +39,17 @@ def add(studio: Studio) -> None:
                 kit.alert(str(error))
                 return
             await view.draw()
+
+
+def state_of(summary: RunSummary | None, status: TaskStatus | None) -> str:
+    """Return the state of a run: of its active task, else according to its folder."""
+    if status is not None and status.active:
+        return status.state
+    if summary is not None and summary.finished:
+        return "finished"
+    if summary is not None and summary.training:
+        return "running"
+    return status.state if status is not None else "unfinished"
 
 
 class _RunView:

@@ -10,9 +10,20 @@ from nicegui import ui
 
 from tactogram.models import available, shipped_run
 from tactogram_studio import kit
-from tactogram_studio.pages.studies.editor.draft import Place
-from tactogram_studio.pages.studies.editor.fields import fields_of, numbers_of
-from tactogram_studio.pages.studies.editor.stimuli import (
+from tactogram_studio.pages.studies.editor.widgets import (
+    Editor,
+    Redraw,
+    draw_choice,
+    draw_fields,
+    draw_table,
+    draw_texts,
+    new_name,
+    part,
+    row_of_list,
+    without,
+)
+from tactogram_studio.study_draft.fields import Place, fields_of, numbers_of
+from tactogram_studio.study_draft.stimuli import (
     SOURCES,
     grid_conditions,
     listed,
@@ -26,19 +37,7 @@ from tactogram_studio.pages.studies.editor.stimuli import (
     with_picture,
     with_source,
 )
-from tactogram_studio.pages.studies.editor.widgets import (
-    Editor,
-    Redraw,
-    draw_choice,
-    draw_fields,
-    draw_table,
-    draw_texts,
-    new_name,
-    part,
-    row_of_list,
-    without,
-)
-from tactogram_studio.workspace.sources import SignalSources
+from tactogram_studio.workspace.shelf import SignalSources
 from tactogram_studio.workspace.uploads import SUFFIXES
 from tactogram_study.stimuli import Given, Stimulus, StimulusGrid
 

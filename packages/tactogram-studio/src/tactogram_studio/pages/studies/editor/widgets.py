@@ -15,8 +15,8 @@ from nicegui.elements.mixins.validation_element import ValidationElement
 from tactogram.validation import Fault
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.studies.editor.draft import Place, StudyDraft
-from tactogram_studio.pages.studies.editor.fields import StudyField
+from tactogram_studio.study_draft.draft import StudyDraft
+from tactogram_studio.study_draft.fields import Place, StudyField
 from tactogram_study.wording import own_name
 
 TYPED = "dense debounce=300"

@@ -1,0 +1,176 @@
+"""The page Reports: reports of runs and studies, and published figures next to ours."""
+
+from __future__ import annotations
+
+import html
+from itertools import groupby
+from typing import Any, Literal
+from urllib.parse import quote
+
+from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
+from nicegui import app, ui
+
+from tactogram.errors import TactogramError
+from tactogram.workflows import table as published_rows
+from tactogram_studio import kit
+from tactogram_studio.context import Studio
+from tactogram_studio.server.guard import REPORT_POLICY
+from tactogram_studio.workspace.reports import (
+    ReportFile,
+    in_scheme,
+    matching,
+    published_cells,
+    read_result,
+    readable_file,
+    report_files,
+    values_text,
+)
+
+COLUMNS = (
+    "Model",
+    "Result",
+    "Published",
+    "Ours",
+    "Difference",
+    "Seeds",
+    "Data and split",
+    "Reason for the difference",
+)
+"""Of the published figures."""
+TABS = {"reports": "Reports", "published": "Published and ours"}
+
+
+def add(studio: Studio) -> None:
+    """Register the page, and the route of its files, which a content policy keeps from running scripts."""
+
+    @app.get("/reports/file/{name:path}")
+    def file(name: str, scheme: Literal["light", "dark"] | None = None) -> Any:
+        try:
+            path = readable_file(studio.workspace, name)
+        except TactogramError as error:
+            return JSONResponse({"error": str(error)}, status_code=404)
+        headers = {"Content-Security-Policy": REPORT_POLICY}
+        if scheme and path.suffix == ".html":
+            return HTMLResponse(in_scheme(path.read_bytes(), scheme), headers=headers)
+        return FileResponse(path, headers=headers)
+
+    @kit.route("/reports")
+    def show(of: str = "", tab: str = "reports") -> None:
+        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
+        ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
+        with kit.page("Reports", wide=True) as dark:
+            with ui.tabs().classes("w-full") as tabs:
+                panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
+            first = panels.get(tab, panels["reports"])
+            with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent"):
+                with ui.tab_panel(panels["reports"]).classes("p-0"):
+                    ReportsPanel(studio, of, dark)
+                with ui.tab_panel(panels["published"]).classes("p-0"):
+                    PublishedPanel()
+
+
+class ReportsPanel:
+    """List of report files on the left, the selected one on the right, light or ``dark`` as the page."""
+
+    def __init__(self, studio: Studio, path: str, dark: ui.dark_mode) -> None:
+        self.studio, self.dark = studio, dark
+        dark.on_value_change(lambda _: self._reader.refresh(""))
+        self.files = report_files(studio.workspace)
+        self.selected = next((file for file in self.files if file.path == path), None)
+        if self.selected is None and self.files and not path:
+            self.selected = self.files[0]
+        with ui.element("div").classes("reader mt-4"):
+            with kit.card(label="Reports", classes=""):
+                self._words = ui.input("Search", on_change=lambda _: self._list.refresh()).classes("w-full")
+                self._words.props('clearable type="search"')
+                self._list()
+            with kit.card(label="Reader", classes=""):
+                self._reader(path)
+
+    @ui.refreshable_method
+    def _list(self) -> None:
+        words = str(self._words.value or "")
+        shown = [file for file in self.files if matching(words, (file.path, _keywords(file)))]
+        if not self.files:
+            ui.label("No reports yet. To write one, evaluate a run on the page Train.").classes("quiet")
+        elif not shown:
+            ui.label("No report matches.").classes("quiet")
+        for folder, group in groupby(shown, key=lambda file: file.folder):
+            files = list(group)
+            with ui.element("div").classes("mt-3"):
+                with ui.row().classes("items-center gap-2"):
+                    ui.label("this folder" if folder == "." else folder).classes("font-bold")
+                    kit.mark_simulated(files[0].simulated)
+                with ui.column().classes("gap-0 items-start"):
+                    for file in files:
+                        button = ui.button(
+                            file.path.removeprefix(f"{folder}/"), on_click=lambda file=file: self._open(file)
+                        ).props("flat dense")
+                        if file == self.selected:
+                            button.props('aria-current="true"').classes("reading")
+
+    def _open(self, file: ReportFile) -> None:
+        self.selected = file
+        self._list.refresh()
+        self._reader.refresh("")
+
+    @ui.refreshable_method
+    def _reader(self, path: str) -> None:
+        file = self.selected
+        if file is None:
+            text = (
+                f"{path}: no such report in this workspace." if path else "Select a report to read it here."
+            )
+            ui.label(text).classes("quiet")
+            return
+        address = f"/reports/file/{quote(file.path)}"
+        with ui.row().classes("items-center justify-between w-full"):
+            with ui.row().classes("items-center gap-2"):
+                kit.heading(file.path)
+                kit.mark_simulated(file.simulated, "simulated data")
+            ui.link("Open in a new tab", address, new_tab=True)
+        title = html.escape(f"{file.kind} {file.path}", quote=True)
+        if file.kind == "report":
+            # Browsers do not pass the page's choice on to a frame.
+            scheme = {True: "?scheme=dark", False: "?scheme=light"}.get(self.dark.value, "")
+            markup = f'<iframe class="report" sandbox src="{address}{scheme}" title="{title}"></iframe>'
+            ui.html(markup, sanitize=False).classes("w-full")
+        elif file.kind == "figure":
+            ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
+        else:
+            try:
+                whole = readable_file(self.studio.workspace, file.path)
+                if file.kind == "text":
+                    ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
+                else:
+                    ui.label(values_text(read_result(whole))).classes("code")
+            except (TactogramError, OSError) as error:
+                kit.alert(str(error))
+
+
+def _keywords(file: ReportFile) -> str:
+    return f"{file.kind} {'simulated' if file.simulated else ''}"
+
+
+class PublishedPanel:
+    """Published results of every model next to ours."""
+
+    def __init__(self) -> None:
+        self.rows = published_rows()
+        with kit.card("Published figures next to ours", label="Published and ours", classes="w-full mt-4"):
+            kit.hint(
+                "Unless stated otherwise, ours were measured on other data: before you compare, read the data, the "
+                "split and the reason for the difference. The command tactogram table prints the same table."
+            )
+            self._words = ui.input("Search", placeholder="model, measure, data …").classes("w-80")
+            self._words.props('clearable type="search" debounce="200"')
+            self._words.on_value_change(self._show)
+            self._count = kit.hint("").props('role="status"')
+            columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
+            self._table = ui.table(columns=columns, rows=[], row_key="id").classes("w-full published")
+            self._table.props("flat wrap-cells")
+        self._show()
+
+    def _show(self) -> None:
+        self._table.rows = published_cells(self.rows, str(self._words.value or ""))
+        self._count.text = f"{len(self._table.rows)} of {len(self.rows)} figures"

@@ -1,1 +1,0 @@
-"""The page Touch: textures under the hand."""

@@ -1,0 +1,248 @@
+"""Draft of a study: the tables of its file, changed by place, and its check."""
+
+from __future__ import annotations
+
+import copy
+import hashlib
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.signal.io import atomic_write, write_text
+from tactogram.text_files import parse_toml, read_text
+from tactogram.validation import Fault
+from tactogram_studio.study_draft.fields import Place, text_default
+from tactogram_studio.workspace.folder import Workspace
+from tactogram_study.study_file import NAME, Study, shipped_studies
+from tactogram_study.workflows.studies import check_loaded
+
+STUDIES = "studies"
+"""Folder of the workspace for copies of shipped studies."""
+LACKS = re.compile(r"([\w.{}:/-]+) lacks the language ([\w-]+);")
+NAMED = re.compile(r"([a-z_][\w.]*)(?:: | must | needs )")
+STIMULUS = re.compile(r"stimulus (.+?): ")
+CONDITION = re.compile(r"grid: by_condition\.(.+?): ")
+NO_TABLE = "each line must be NAME = VALUE as in the study's file, texts in quotes"
+MOST_MISSING = 200
+
+
+@dataclass
+class StudyDraft:
+    """Values of a study's file as edited; ``base`` is the hash of the file that they began with."""
+
+    path: Path
+    values: dict[str, Any]
+    base: str
+
+    @classmethod
+    def open(cls, path: Path, stored: Mapping[str, Any] | None = None) -> StudyDraft:
+        """Return the draft of a file, or the one ``stored`` by `to_store`.
+
+        Raises `TactogramError` if the file is no valid study: the editor edits valid ones only.
+        """
+        Study.load(path)
+        text = read_text(path)
+        if stored:
+            return cls(path, json.loads(stored["values"]), stored["base"])
+        return cls(path, _normalised(parse_toml(text, path), path), _hash(text))
+
+    def to_store(self) -> dict[str, str]:
+        """Return the draft as texts that JSON can hold."""
+        return {"values": json.dumps(self.values), "base": self.base}
+
+    def get(self, place: Place, default: Any = None) -> Any:
+        """Return the value at a place; ``default`` if there is none."""
+        value: Any = self.values
+        for key in place:
+            try:
+                value = value[key]
+            except (KeyError, IndexError, TypeError):
+                return default
+        return value
+
+    def set(self, place: Place, value: Any) -> None:
+        """Change the value at a place, with the tables on the way; None removes it."""
+        table: Any = self.values
+        for key in place[:-1]:
+            table = table.setdefault(key, {}) if isinstance(table, dict) else table[key]
+        if value is not None:
+            table[place[-1]] = value
+        elif isinstance(table, dict):
+            table.pop(place[-1], None)
+        else:
+            del table[place[-1]]
+
+    @property
+    def languages(self) -> list[str]:
+        """Languages of the study."""
+        return list(self.values["languages"])
+
+    def text(self, place: Place, language: str, default: Any = None) -> str:
+        """Return a text in one language, "" if there is none; ``default`` is that of the model."""
+        return text_in(self.get(place, default), language)
+
+    def set_text(self, place: Place, language: str, text: str, default: Any = None) -> None:
+        """Change a text in one language; the others stay, those of the ``default`` included."""
+        before = self.get(place, default)
+        others = {one: text_in(before, one) for one in dict.fromkeys((*self.languages, *_own(before)))}
+        self.set(place, {one: other for one, other in {**others, language: text}.items() if other})
+
+    @property
+    def toml(self) -> str:
+        """Content of the file to be saved."""
+        return tomli_w.dumps(self.values, multiline_strings=True)
+
+    @property
+    def changed(self) -> bool:
+        """Whether the draft differs from the file."""
+        return self.values != _normalised(parse_toml(read_text(self.path), self.path), self.path)
+
+    @property
+    def overtaken(self) -> bool:
+        """Whether the file was changed elsewhere since the draft began."""
+        return _hash(read_text(self.path)) != self.base
+
+    @property
+    def has_comments(self) -> bool:
+        """Whether the file was written by hand, so that saving loses its comments or layout."""
+        text = read_text(self.path)
+        return tomli_w.dumps(parse_toml(text, self.path), multiline_strings=True) != text
+
+    def save(self) -> None:
+        """Write the file beside its place and rename it; raise `ParameterError` for an invalid study."""
+        Study.of(self.values, where=self.path.name)
+        text = self.toml
+        write_text(self.path, text)
+        self.base = _hash(text)
+
+
+def text_in(value: Any, language: str) -> str:
+    """Return a text of a study's file in one language; a plain string is in all."""
+    if isinstance(value, str):
+        return value
+    texts = value or {}
+    return str(next((texts[key] for key in (language, language.partition("-")[0], "*") if key in texts), ""))
+
+
+def copy_study(workspace: Workspace, source: Path | str, name: str, *, languages: Sequence[str] = ()) -> Path:
+    """Copy a study under another name and return the file: in ``studies/``, or beside a file of the workspace.
+
+    ``languages`` are those of the copy, by default all; the other texts stay in the file.
+
+    Raises `ParameterError` or `DataError` if the name is invalid or taken, or the source is no valid study.
+    """
+    name = name.strip()
+    if not re.fullmatch(NAME, name):
+        raise ParameterError(
+            "name must be 1 to 40 lower-case letters, digits and _, beginning with a letter or digit, "
+            f"got {name[:60]!r}"
+        )
+    shipped = shipped_studies().get(str(source))
+    original = shipped or Path(source)
+    target = (workspace.inside(STUDIES) if shipped else original.parent) / f"{name}.toml"
+    values = _normalised(parse_toml(read_text(original), original), original) | {"name": name}
+    values["languages"] = list(languages) or values["languages"]
+    Study.of(values, where=original.name)
+    if target.exists():
+        raise DataError(f"{workspace.name_of(target)} exists; choose another name")
+    with atomic_write(target, over=False) as part:
+        part.write_text(tomli_w.dumps(values, multiline_strings=True), encoding="utf-8")
+    return target
+
+
+def free_name(workspace: Workspace, source: Path | str) -> str:
+    """Return an unused name for a copy of a study."""
+    stem = Path(str(source)).stem.replace("-", "_").removeprefix("my_")
+    shipped = str(source) in shipped_studies()
+    folder = workspace.inside(STUDIES) if shipped else Path(source).parent
+    names = (f"my_{stem}"[:37] + (f"_{number}" if number > 1 else "") for number in range(1, 1000))
+    return next(name for name in names if not (folder / f"{name}.toml").exists())
+
+
+def _normalised(values: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return values with the name, languages and table of the design, which a file may leave to defaults."""
+    made = copy.deepcopy(dict(values))
+    if isinstance(made.get("design"), str):
+        made["design"] = {"kind": made["design"]}
+    made.setdefault("name", path.stem.replace("-", "_"))
+    if "languages" not in made:
+        made["languages"] = list(Study.of(made, where=path.name).languages)
+    return made
+
+
+def _own(value: Any) -> list[str]:
+    return [] if value is None or isinstance(value, str) else [one for one in value if one != "*"]
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass(frozen=True)
+class DraftCheck:
+    """Faults of a draft; without any, its facts as `check_study` returns them."""
+
+    faults: tuple[Fault, ...]
+    facts: Mapping[str, Any] | None = None
+
+
+def check_draft(draft: StudyDraft, *, stimuli: bool = False) -> DraftCheck:
+    """Return what `study check` says of a draft, with ``stimuli`` after making and rendering each."""
+    values = draft.values
+    found = [_placed(fault, values) for fault in _faults(values)]
+    if not found:
+        try:
+            study = Study.of(values)
+            return DraftCheck((), check_loaded(study, draft.path.parent, stimuli=stimuli))
+        except TactogramError as error:
+            found = [_placed(Fault((), str(error)), values)]
+    return DraftCheck(tuple(found))
+
+
+def _faults(values: dict[str, Any]) -> list[Fault]:
+    """Return the faults of values; missing texts one by one, each filled to find the next."""
+    missing: list[Fault] = []
+    probe = StudyDraft(Path(), copy.deepcopy(values), "")
+    while True:
+        faults = Study.faults(probe.values)
+        lacking = LACKS.match(faults[0].sentence) if len(faults) == 1 else None
+        if lacking is None or len(missing) == MOST_MISSING:
+            return missing or list(faults)
+        place = _place(lacking[1])
+        missing.append(Fault((*place, lacking[2]), faults[0].sentence))
+        kind = probe.get(("design", "kind"))
+        probe.set_text(place, lacking[2], "?", text_default(kind, place))
+
+
+def _placed(fault: Fault, values: Mapping[str, Any]) -> Fault:
+    """Return a fault with the place that its sentence begins with, if it has none or that of the grid alone."""
+    if fault.place[:1] == ("grid",) and "must be a valid dictionary" in fault.sentence:
+        return Fault(fault.place, f"{'.'.join(map(str, fault.place))}: {NO_TABLE}")
+    if fault.place == ("grid",) and (condition := CONDITION.match(fault.sentence)):
+        return Fault(("grid", "by_condition", condition[1]), fault.sentence)
+    if fault.place:
+        return fault
+    if stimulus := STIMULUS.match(fault.sentence):
+        for number, one in enumerate(values.get("stimuli", ())):
+            if one.get("name") == stimulus[1]:
+                return Fault(("stimuli", number), fault.sentence)
+        return Fault(("grid",), fault.sentence)
+    named = NAMED.match(fault.sentence)
+    first = named[1].split(".")[0] if named else ""
+    if named and first in Study.model_fields:
+        return Fault(_place(named[1]), fault.sentence)
+    return fault
+
+
+def _place(text: str) -> Place:
+    """Return the place of a dotted key; keys of names may have dots of their own."""
+    first, _, rest = text.partition(".")
+    if first == "names":
+        return ("names", rest)
+    return tuple(int(part) if part.isdigit() else part for part in text.split("."))

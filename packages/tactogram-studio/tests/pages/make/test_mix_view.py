@@ -1,0 +1,14 @@
+import numpy as np
+
+from tactogram_studio.pages.make.mix_view import map_options
+
+PLACES = np.array([[0.2, 0.2], [0.8, 0.2], [0.5, 0.8], [0.5, 0.45], [0.2, 0.7]])
+
+
+def test_the_chart_has_each_material_at_its_place():
+    chart = map_options("abcde", PLACES)
+
+    dots = chart["series"]["data"]
+    assert [dot["name"] for dot in dots] == list("abcde")
+    np.testing.assert_array_equal([dot["value"] for dot in dots], PLACES)
+    assert [dot["label"]["position"] for dot in dots] == ["right", "left", "left", "left", "right"]

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+
+from tactogram.datasets import Recording, create_store
+from tactogram.errors import DataError, ParameterError
+from tactogram.signal import Signal
+from tactogram_studio.pages.materials.drop import (
+    matching_stream,
+    mixing_warning,
+    store_signal,
+)
+
+
+def tone(hz, *, rate=1000.0, seconds=1.0, level=1.0):
+    t = np.arange(int(rate * seconds)) / rate
+    return Signal(level * np.sin(2 * np.pi * hz * t) + 9.81, rate, "m/s^2")
+
+
+@pytest.fixture
+def tones(tmp_path):
+    made = (
+        Recording(
+            streams={"acceleration": tone(hz, rate=rate)},
+            material=f"tone-{hz}",
+            speed_mm_s=float(hz),
+            session=f"day {number % 2}",
+            source=f"tones/{number}.wav",
+        )
+        for number, (hz, rate) in enumerate([(50, 1000.0), (100, 1000.0), (200, 1000.0), (100, 2000.0)])
+    )
+    return create_store(tmp_path / "tones", made, name="tones", licence="made in a test")
+
+
+def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):
+    table = b"x,y,z\n1,2,3\n2,3,4\n3,4,5\n"
+    assert store_signal(tmp_path, "../my file.csv", table).name == "my_file.csv"
+    assert store_signal(tmp_path, "my file.csv", table).name == "my_file-2.csv"
+    with pytest.raises((DataError, ParameterError), match="bad.csv"):
+        store_signal(tmp_path, "bad.csv", b"no,numbers\nhere,at all\n")
+    with pytest.raises(DataError, match="content does not match the suffix"):
+        store_signal(tmp_path, "bad.wav", b"MZ nothing")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["my_file-2.csv", "my_file.csv"]
+
+
+def test_mixing_measured_and_simulated_recordings_gives_a_warning(tones):
+    assert mixing_warning(False, False, False) == ""
+    assert mixing_warning(True, True, True) == ""
+    assert mixing_warning(True, False, True) == ""
+    assert "marked as simulated, permanently" in mixing_warning(False, False, True)
+    assert "stay marked as simulated" in mixing_warning(True, True, False)
+    assert matching_stream(tones, tone(50)) == "acceleration"
+    assert matching_stream(tones, Signal(np.ones(5), 10.0, "N")) == ""
