@@ -11,7 +11,6 @@ extensions = [
     "gallery_sounds",
     "myst_parser",
     "repository_pages",
-    "request_parameters",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 from docs.extensions.repository_pages import PAGES, ROOT, relinked
-from docs.extensions.request_parameters import declared_parameters
-from docs.extensions.verb_pages import GUIDES, children, page
+from docs.extensions.verb_pages import GUIDES, page
 
 import tactogram
 from tactogram import models
 from tactogram.cli import main
-from tactogram.cli.parser import make_parser, verb_places
+from tactogram.cli.catalogue import verb_places
 
 DOCS = Path(__file__).parents[1] / "docs"
 KINDS = ("tutorials", "how-to", "reference", "explanation")
@@ -56,13 +55,6 @@ def test_the_examples_of_the_python_page_run_in_their_order(tmp_path):
     assert {"noise.wav", "drive.wav", "touch.ahap", "felt.wav"} <= {path.name for path in tmp_path.iterdir()}
 
 
-def test_parameters_of_a_workflow_are_those_of_its_request():
-    lines = declared_parameters(tactogram.convert)
-    assert lines[0] == "source : Path or str"
-    assert lines[1] == "    a signal, a haptic file, a folder of them, or a photograph to draw"
-    assert "full_scale : float, optional" in lines
-
-
 def test_the_commands_for_engines_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"<!-- engines -->\n```sh\n(.*?)```", text_of("engines"), re.DOTALL)
@@ -75,11 +67,11 @@ def test_the_commands_for_engines_run(tmp_path, monkeypatch, capsys):
 
 
 def test_a_verbs_page_has_its_options_and_a_groups_page_its_verbs():
-    parsers = children(make_parser())
-    convert = page("convert", parsers["convert"])
-    assert "{option} --full-scale X\nvalue of 1 in a haptic B" in convert
+    convert = page("convert")
+    assert "{option} --full-scale FULL_SCALE\nValue of 1 in a haptic target" in convert
+    assert "{option} --check\n" in convert
     assert "{doc}`/engines`" in convert
-    data = page("data", parsers["data"])
+    data = page("data")
     assert re.findall(r"^## (.*)$", data, re.MULTILINE) == [
         words for words in verb_places() if words.startswith("data ")
     ]

@@ -1,15 +1,13 @@
-"""Pages of the command line, one per verb, written from the argument parser before the pages are read."""
+"""Pages of the command line, one per verb, written from the functions before the pages are read."""
 
-import argparse
-from functools import partial
 from importlib import import_module
 from inspect import Parameter
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from tactogram.cli.functions import FunctionVerb, flags_of
-from tactogram.cli.parser import make_parser, verb_places
+from tactogram.cli.catalogue import verb_places
+from tactogram.cli.functions import flags_of
 from tactogram.parameters import parameters, summary
 
 GUIDES = {
@@ -35,35 +33,11 @@ GUIDES = {
     "benchmarking": ("benchmark", "benchmark-results", "results"),
 }
 """Pages that explain the verbs of each module of the command line."""
-WIDTH = 84
 
 
-def children(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
-    """Return the parsers of the verbs within a parser."""
-    actions = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
-    return dict(actions[0].choices) if actions else {}
-
-
-def described(parser: argparse.ArgumentParser) -> list[str]:
+def described(words: str) -> list[str]:
     """Return the Markdown lines of a verb: description, usage, and every argument and option."""
-    words = parser.prog.removeprefix("tactogram ")
     verb = import_module(verb_places()[words].module).VERBS[words]
-    if isinstance(verb, FunctionVerb):
-        return described_function(words, verb)
-    parser.formatter_class = partial(argparse.HelpFormatter, width=WIDTH)
-    formatter = parser._get_formatter()
-    usage = parser.format_usage().removeprefix("usage: ")
-    lines = [f"{parser.description}\n", f"```text\n{usage}```\n", f"```{{program}} {parser.prog}\n```\n"]
-    for action in sorted(parser._actions, key=lambda action: bool(action.option_strings)):
-        if not isinstance(action, argparse._HelpAction):
-            name = formatter._format_action_invocation(action)
-            text = formatter._expand_help(action) if action.help else ""
-            lines.append(f"````{{option}} {name}\n{text}\n````\n")
-    return lines
-
-
-def described_function(words: str, verb: FunctionVerb) -> list[str]:
-    """Return the Markdown lines of a verb that is a function."""
     flags = flags_of(verb)
     known = parameters(verb.load())
     by_place = [one.name for one in known if flags[one.name] == one.name]
@@ -74,28 +48,21 @@ def described_function(words: str, verb: FunctionVerb) -> list[str]:
         f"```{{program}} tactogram {words}\n```\n",
     ]
     for one in known:
-        name = one.name.upper() if one.name in by_place else f"{flags[one.name]} {one.name.upper()}"
+        option = flags[one.name] if isinstance(one.default, bool) else f"{flags[one.name]} {one.name.upper()}"
+        name = one.name.upper() if one.name in by_place else option
         default = f" (default {one.default})" if one.default else ""
         required = one.default is Parameter.empty
         lines.append(f"````{{option}} {name}\n{one.text}{'' if required else default}\n````\n")
     return lines
 
 
-def page(name: str, parser: argparse.ArgumentParser) -> str:
+def page(name: str) -> str:
     """Return the page of a verb, or of a group of verbs."""
-    inner = children(parser)
-    guides = [
-        guide
-        for words, place in verb_places().items()
-        if words.split()[0] == name
-        for guide in GUIDES[place.module.rpartition(".")[2]]
-    ]
+    places = {words: place for words, place in verb_places().items() if words.split()[0] == name}
+    guides = [guide for place in places.values() for guide in GUIDES[place.module.rpartition(".")[2]]]
     lines = [f"# {name}\n"]
-    if inner:
-        for verb, sub in inner.items():
-            lines += [f"## {name} {verb}\n", *described(sub)]
-    else:
-        lines += described(parser)
+    for words in places:
+        lines += [*([] if words == name else [f"## {words}\n"]), *described(words)]
     links = ", ".join(f"{{doc}}`/{guide}`" for guide in dict.fromkeys(guides))
     return "\n".join([*lines, f"See also: {links}\n"])
 
@@ -104,7 +71,8 @@ def write_pages(app: Sphinx) -> None:
     """Write ``verbs/NAME.md``, each only if it changed, and the table of all verbs."""
     folder = Path(app.srcdir) / "verbs"
     folder.mkdir(exist_ok=True)
-    pages = {f"{name}.md": page(name, parser) for name, parser in children(make_parser()).items()}
+    names = dict.fromkeys(words.split()[0] for words in verb_places())
+    pages = {f"{name}.md": page(name) for name in names}
     rows = [
         f"| {{doc}}`{words} </verbs/{words.split()[0]}>` | {place.help} |"
         for words, place in verb_places().items()

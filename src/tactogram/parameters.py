@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache, wraps
 from pydoc import locate
-from typing import Annotated, Any, ParamSpec, TypeVar
+from typing import Annotated, Any, ParamSpec, TypeVar, cast
 
 from annotated_types import Ge, Gt, Le
 from docstring_parser import DocstringStyle, parse
@@ -106,7 +106,7 @@ def _own(function: Callable[..., Any]) -> tuple[Parameter, ...]:
         if text.startswith("As of `"):
             named = text.split("`")[1]
             other = known.get(named) or locate(named)
-            texts[name] = next(one.text for one in parameters(other) if one.name == name)
+            texts[name] = next(one.text for one in parameters(cast(Any, other)) if one.name == name)
     return tuple(
         Parameter(
             name,

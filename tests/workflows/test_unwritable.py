@@ -1,6 +1,5 @@
 """Work whose result could not be written is refused before it begins."""
 
-import argparse
 import os
 from importlib import import_module
 from inspect import Parameter
@@ -9,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tactogram.cli import main
-from tactogram.cli.functions import FunctionVerb, flags_of
-from tactogram.cli.parser import make_parser, verb_places
+from tactogram.cli.catalogue import verb_places
+from tactogram.cli.functions import flags_of
 from tactogram.errors import ParameterError
 from tactogram.parameters import parameters
 from tactogram.workflows.data.convert import convert_folder
@@ -25,28 +24,11 @@ NOWHERE = Path(__file__) / "made"
 """Beneath a file: not even root writes there."""
 
 
-def verbs_with_out(parser, names=()):
+def verbs_with_out():
     """Yield the words of every verb with --out, with something for all else that it requires."""
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for name, inner in action.choices.items():
-                yield from verbs_with_out(inner, (*names, name))
-    if any("--out" in action.option_strings for action in parser._actions):
-        words = list(names)
-        for action in parser._actions:
-            if action.required and "--out" not in action.option_strings:
-                words += [
-                    *action.option_strings[:1],
-                    *["nothing"] * (action.nargs if action.nargs == 2 else 1),
-                ]
-        yield words
-
-
-def functions_with_out():
-    """Yield the same of the verbs that are functions."""
     for words, place in verb_places().items():
         verb = import_module(place.module).VERBS[words]
-        if isinstance(verb, FunctionVerb) and (flags := flags_of(verb)).get("out") == "--out":
+        if (flags := flags_of(verb)).get("out") == "--out":
             needed = [one.name for one in parameters(verb.load()) if one.default is Parameter.empty]
             options = [
                 [flags[name]] if flags[name].startswith("--") else [] for name in needed if name != "out"
@@ -54,9 +36,7 @@ def functions_with_out():
             yield [*words.split(), *(word for option in options for word in (*option, "nothing"))]
 
 
-@pytest.mark.parametrize(
-    "words", [*verbs_with_out(make_parser()), *functions_with_out()], ids=lambda words: "-".join(words[:2])
-)
+@pytest.mark.parametrize("words", list(verbs_with_out()), ids=lambda words: "-".join(words[:2]))
 def test_a_verb_refuses_what_it_could_not_write_before_all_else(words, capsys):
     assert main([*words, "--out", str(NOWHERE)]) == 1
     said = capsys.readouterr().err

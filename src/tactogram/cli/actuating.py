@@ -35,12 +35,6 @@ def _calibrate_text(result: dict[str, Any]) -> str:
 
 
 @contextmanager
-def _interruptible() -> Iterator[Mapping[str, Any]]:
-    with interrupt_on_sigterm():
-        yield {}
-
-
-@contextmanager
 def _tracking() -> Iterator[Mapping[str, Callable[[str], None] | None]]:
     terminal = sys.stderr.isatty()
     with interrupt_on_sigterm():
@@ -58,5 +52,5 @@ VERBS = {
     "calibrate": FunctionVerb(f"{ACTUATORS}:calibrate", _calibrate_text),
     "transducer": FunctionVerb(f"{ACTUATORS}:transducer", lines_of),
     "track": FunctionVerb(f"{ACTUATORS}:track", lines_of, within=_tracking),
-    "play": FunctionVerb(f"{ACTUATORS}:play", lines_of, within=_interruptible),
+    "play": FunctionVerb(f"{ACTUATORS}:play", lines_of, within=interrupt_on_sigterm),
 }

@@ -28,8 +28,8 @@ ADVICE = {
 
 
 def _import_text(report: dict[str, Any]) -> str:
+    from tactogram.cli.hints import with_options
     from tactogram.cli.import_preview import preview_text, several_rates
-    from tactogram.cli.verbs import with_options
     from tactogram.datasets.reading import in_one_line
 
     lines = [f"skipped: {in_one_line(kind)}" for kind in report["problems"]]
@@ -54,13 +54,13 @@ def _import_status(report: dict[str, Any]) -> int:
 
 def _info_text(facts: dict[str, Any]) -> str:
     text = lines_of({name: shortened(value) for name, value in facts.items() if name != "ratings"})
-    return text if facts["ratings"] is None else f"{text}\n{ratings_text(facts['ratings'])}"
+    return text + ("" if facts["ratings"] is None else f"\n{ratings_text(facts['ratings'])}")
 
 
 def _like_text(facts: dict[str, Any]) -> str:
     rows = [("material", "distance", "recording")]
     rows += [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
-    return facts["measure"] + "\n" + columns(rows)
+    return f"{facts['measure']}\n{columns(rows)}"
 
 
 def _rate_text(facts: dict[str, Any]) -> str:

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from tactogram.cli.functions import FunctionVerb, flags_of
+from tactogram.cli.hints import with_options
 from tactogram.cli.printing import Printer, columns, lines_of, text_of
-from tactogram.cli.verbs import with_options
 
 
 def _text(facts: Mapping[str, Any]) -> str:

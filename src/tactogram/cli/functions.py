@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
@@ -13,41 +13,33 @@ from types import MappingProxyType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Union, get_args, get_origin
 
 from tactogram.cli.folders import FOLDERS, further_folders
+from tactogram.cli.hints import with_options
 from tactogram.cli.printing import Printer
+from tactogram.errors import ParameterError
 
 if TYPE_CHECKING:
     from tactogram.parameters import Parameter
 
 SPELLING = {
-    "block_ms": "--block",
     "changes": "--set",
     "columns": "--column",
     "constants": "--constant",
-    "every_s": "--every",
-    "find_s": "--find",
-    "force_n": "--force",
     "format": "--format --to",
     "how": "--as",
-    "loop_s": "--loop",
     "images": "--image",
-    "least_s": "--least",
-    "longest_min": "--longest",
     "margins": "--margin",
     "materials": "--material",
     "model_folders": "--models",
-    "most_s": "--most",
     "normal_force_n": "--force",
     "options": "--set",
     "purpose": "--for",
     "raters": "--rater --raters",
     "resample_to": "--resample",
-    "skew_s": "--skew",
-    "speed_mm_s": "--speed",
-    "speeds_mm_s": "--speeds",
     "tap_gain": "--tap",
-    "width_mm": "--width",
 }
 """Options that are not spelt like their parameters; a second spelling is another name."""
+UNIT = re.compile(r"_(mm_s|mm|ms|min|hz|s|n|db)$")
+"""End of a parameter's name, which its option leaves to the help."""
 
 
 def _no_notes(result: Any) -> Iterable[str]:
@@ -60,6 +52,10 @@ def _itself(result: Any) -> Any:
 
 def _ok(result: Any) -> int:
     return 0
+
+
+class UsageError(Exception):
+    """Options that do not go together; shown with the usage line, exit status 2."""
 
 
 class FunctionVerb(NamedTuple):
@@ -81,10 +77,8 @@ class FunctionVerb(NamedTuple):
     """Help and function of ``--list``, which needs no other option."""
     advice: Mapping[str, str] = MappingProxyType({})
     """Advice instead of a remedy, by its text, or of any value of an argument (``rate=``)."""
-    within: Callable[[], AbstractContextManager[Mapping[str, Any]]] = partial(
-        nullcontext, MappingProxyType({})
-    )
-    """Context in which the function runs; it yields further arguments of it, such as callbacks."""
+    within: Callable[[], AbstractContextManager[Mapping[str, Any] | None]] = nullcontext
+    """Context in which the function runs; it may yield further arguments of it, such as callbacks."""
     named: tuple[str, ...] = ()
     """Parameters that are options, although Python takes them by position, too."""
     facts: Callable[[Any], Any] = _itself
@@ -103,7 +97,6 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
     """Run a verb with the arguments of the command line; return its exit status, 2 for wrong usage."""
     from cyclopts import App, CycloptsError
 
-    from tactogram.cli.verbs import UsageError, with_options
     from tactogram.parameters import parameters, summary
 
     function = verb.load()
@@ -131,11 +124,12 @@ def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
         if "show" in taken:
             options["show"] = show
         with verb.within() as further:
+            options |= further or {}
             if "progress" in taken:
                 with show.progress() as progress:
-                    result = function(*positional, **options, **further, progress=progress)
+                    result = function(*positional, **options, progress=progress)
             else:
-                result = function(*positional, **options, **further)
+                result = function(*positional, **options)
         if result is None:
             return 0
         flags = flags_of(verb)
@@ -168,7 +162,7 @@ def spelt(name: str) -> str:
 
 
 def _spellings(name: str) -> list[str]:
-    return SPELLING.get(name, f"--{name.replace('_', '-')}").split()
+    return SPELLING.get(name, f"--{UNIT.sub('', name).replace('_', '-')}").split()
 
 
 def flags_of(verb: FunctionVerb) -> dict[str, str]:
@@ -250,8 +244,6 @@ def _form(kind: Any) -> Any:
 
 def _converted(name: str, value: Any, kind: Any) -> Any:
     """Return ``KEY=VALUE`` texts as a mapping, and a list separated by commas as a tuple."""
-    from tactogram.cli.verbs import mapping_of, tuple_of
-
     if value is None:
         return None
     for one in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
@@ -276,3 +268,35 @@ def _check_out(out: str | Path) -> None:
     from tactogram.signal.io.atomic import check_writable
 
     check_writable(Path(out), folder=Path(out).is_dir())
+
+
+def mapping_of(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str, Any]:
+    """Return ``KEY=VALUE`` texts by key: numbers also separated by commas; values of any type are read as TOML."""
+    if kind is Any:
+        from tactogram.recipe import parse_changes
+
+        return parse_changes(texts, option=flag)
+    number = kind is float
+    pairs: dict[str, Any] = {}
+    for text in ",".join(texts).split(",") if number else texts:
+        name, sign, value = text.rpartition("=") if number else text.partition("=")
+        try:
+            read = float(value) if number else value
+        except ValueError:
+            sign = ""
+        name = name.strip()
+        if not (sign and name):
+            raise ParameterError(f"{flag} must be {form}, got {text!r}")
+        if name in pairs:
+            raise ParameterError(f"{flag} names {name!r} twice")
+        pairs[name] = read
+    return pairs
+
+
+def tuple_of(text: str, kind: Any, flag: str) -> tuple[Any, ...]:
+    """Return the parts of a text that commas separate; `ParameterError` if one is not of the ``kind``."""
+    try:
+        return tuple(kind(part.strip()) for part in text.split(",") if part.strip())
+    except ValueError:
+        numbers = "whole numbers" if kind is int else "numbers"
+        raise ParameterError(f"{flag} needs {numbers} separated by commas, got {text!r}") from None

@@ -1,11 +1,13 @@
-"""Hints in errors: nearest names, and the user's own command with the option that it lacks."""
+"""Messages in words of the command line: options, nearest names, and the user's command with what it lacks."""
 
 from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
+
+from tactogram.errors import Remedy, with_remedies
 
 NAMED = (
     re.compile(r"must be (?:one )?of (?P<known>[^;]+)[,;] got '(?P<got>[^']+)'$"),
@@ -13,38 +15,6 @@ NAMED = (
 )
 """Ends of the messages that list what is known."""
 ADDITION = re.compile(r"`(--[\w-]+) ('[^'`]+'|[^`\s]+)`")
-
-
-EXTRAS = {
-    "capture": ("capture", "capture-log", "live", "sources", "device"),
-    "study": ("study",),
-    "studio": ("studio", "study run"),
-    "benchmark": ("benchmark", "reproduce", "table"),
-}
-"""Verbs and groups of the project's further distributions, by the extra that installs them."""
-
-
-def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
-    """Return what to say of words that begin with no verb; None if they do, or begin with an option.
-
-    ``verbs`` have one word, or that of a group and their own.
-    """
-    known = [verb.split() for verb in verbs]
-    given = list(words[:2])
-    if not given or given[0].startswith("-") or given[:1] in known or given in known:
-        return None
-    inner = [verb for verb in known if verb[0] == given[0]]
-    if inner and (len(given) == 1 or given[1].startswith("-")):
-        return None
-    for extra, words_there in EXTRAS.items():
-        if " ".join(given) in words_there or (not inner and given[0] in words_there):
-            return f"`tactogram {' '.join(given)}` comes with an extra: pip install 'tactogram[{extra}]'"
-    wrong = given[-1] if inner else given[0]
-    near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
-    found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]
-    likely = f"did you mean {' or '.join(found)}? " if found else ""
-    shown, group = (" ".join(given), f"{given[0]} ") if inner else (wrong, "")
-    return f"no verb {shown!r}; {likely}`tactogram {group}--help` lists all"
 
 
 def with_nearest(message: str) -> str:
@@ -72,3 +42,28 @@ def with_command(message: str, words: Sequence[str]) -> str:
         return f"`{shlex.join(['tactogram', *kept])} {found[1]} {found[2]}`"
 
     return ADDITION.sub(command, message)
+
+
+def with_options(message: str, flags: Mapping[str, str]) -> str:
+    """Return an error's message with options in place of the parameters that it names, as of `flags_of`.
+
+    They are its remedies (`tactogram.errors.Remedy`), or begin the message and are followed by "must". A name with a
+    value that is no option is one of those of ``--set``, if the verb has it. What a verb advises instead has the text
+    of the remedy as its key in ``flags``, or ``rate=`` for any value.
+    """
+    flags = {**flags, "model_folders": "--models"}
+    others = "--set {}={}" if "--set" in flags.values() else "{}={}"
+
+    def option(remedy: Remedy) -> str:
+        name, value = remedy.parameter, remedy.value
+        if value is None:
+            return flags.get(str(remedy), flags.get(name, str(remedy)))
+        if advice := flags.get(str(remedy), flags.get(f"{name}=")):
+            return advice
+        text = str(value)
+        if flags.get(name, "").startswith("-"):
+            return f"`{flags[name]} {shlex.quote(text)}`"
+        return f"`{others.format(name, text if ' ' not in text else shlex.quote(text))}`"
+
+    message = with_remedies(message, option)
+    return re.sub(r"^(\w+)(?= must)", lambda name: flags.get(name[1], name[0]), message)

@@ -93,14 +93,19 @@ def _models_text(facts: dict[str, Any]) -> str:
     from tactogram.workflows.training.recipe_fields import text_of
 
     if "settings" in facts:
-        rows = [("setting", "value", "meaning")]
-        rows += [
+        settings = [("setting", "value", "meaning")]
+        settings += [
             (key, text_of(each["value"]) or "-", each["meaning"]) for key, each in facts["settings"].items()
         ]
         about = lines_of({name: value for name, value in facts.items() if name != "settings"})
-        return f"{about}\n{columns(rows, width=terminal_width())}"
+        return f"{about}\n{columns(settings, width=terminal_width())}"
     rows = [
-        (name, str(model.year), _in_and_out(model), model.title + "; comes trained" * facts[name]["trained"])
+        (
+            name,
+            str(model.year),
+            _in_and_out(model),
+            model.title + ("; comes trained" if facts[name]["trained"] else ""),
+        )
         for name, model in available().items()
     ]
     return columns(rows, width=terminal_width())

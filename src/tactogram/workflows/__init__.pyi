@@ -97,13 +97,6 @@ from .rendering.render import (
     list_displays as list_displays,
     render as render,
 )
-from .request import (
-    ON as ON,
-    Argument as Argument,
-    Option as Option,
-    Request as Request,
-    takes as takes,
-)
 from .results_table import (
     evaluation_results as evaluation_results,
     numbers_of as numbers_of,

@@ -1,14 +1,13 @@
-"""Argument parser. Only the module of the chosen verb is imported, and nothing heavy by it."""
+"""Catalogue of the verbs: only the module of the chosen one is imported, and nothing heavy by it."""
 
 from __future__ import annotations
 
-import argparse
-import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 GROUPS = {
     "data": "import, simulate, inspect and check data sets",
@@ -69,6 +68,13 @@ VERBS = {
     "streaming": {"stream": "Play textures that follow a finger, and measure how late they are."},
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""
+EXTRAS = {
+    "capture": ("capture", "capture-log", "live", "sources", "device"),
+    "study": ("study",),
+    "studio": ("studio", "study run"),
+    "benchmark": ("benchmark", "reproduce", "table"),
+}
+"""Verbs and groups of the project's further distributions, by the extra that installs them."""
 
 
 class VerbPlace(NamedTuple):
@@ -94,57 +100,55 @@ def _packages() -> tuple[str, ...]:
     return tuple(sorted(point.value for point in entry_points(group="tactogram.verbs")))
 
 
-def make_parser(argv: Sequence[str] | None = None) -> argparse.ArgumentParser:
-    """Return the parser of every verb, with the options of the verb in ``argv``; of all where it is None.
-
-    What it parses has ``verb``, a `tactogram.cli.verbs.Verb`, and ``usage_error``.
-    """
-    parser = argparse.ArgumentParser(
-        prog="tactogram",
-        description="Learn, generate, evaluate and render touch.",
-        epilog="Results are on stdout, progress on stderr. `tactogram VERB --help` lists a verb's options.",
-    )
-    parser.add_argument("--version", action=_Version, help="show the version and exit")
-    top = parser.add_subparsers(metavar="VERB", required=True)
-    helps = GROUPS | {
+def group_helps() -> dict[str, str]:
+    """Return what the groups of verbs are for, by their word."""
+    return GROUPS | {
         group: line
         for package in _packages()
         for group, line in getattr(import_module(package), "GROUPS", {}).items()
     }
+
+
+def overview(group: str = "") -> str:
+    """Return the verbs of a group, or the verbs and groups of all, a line each, as ``--help`` shows them."""
     places = verb_places()
-    groups: dict[str, Any] = {}
-    for words, place in places.items():
-        group, _, name = words.rpartition(" ")
-        if group and group not in groups:
-            inner = top.add_parser(group, help=helps[group])
-            names = [verb.partition(" ")[2] for verb in places if verb.startswith(f"{group} ")]
-            groups[group] = inner.add_subparsers(metavar="|".join(names), required=True)
-        sub = groups.get(group, top).add_parser(
-            name, help=place.help[:1].lower() + place.help[1:].rstrip("."), description=place.help
-        )
-        if argv is None or words.split() == list(argv[: words.count(" ") + 1]):
-            _complete(sub, place.module, words, listing="--list" in (argv or ()))
-    return parser
+    if group:
+        lines = {words: place.help for words, place in places.items() if words.startswith(f"{group} ")}
+        usage, about = f"{group} VERB", group_helps()[group]
+    else:
+        helps = group_helps()
+        lines = {words.split()[0]: helps.get(words.split()[0], place.help) for words, place in places.items()}
+        usage, about = "VERB", "learn, generate, evaluate and render touch"
+    width = max(map(len, lines)) + 2
+    return "\n".join([
+        f"usage: tactogram {usage} [options]    (--version shows the version)",
+        f"{about[:1].upper()}{about[1:]}.",
+        "",
+        *(f"  {words:{width}}{line[:1].lower()}{line[1:].rstrip('.')}" for words, line in lines.items()),
+        "",
+        "Results are on stdout, progress on stderr. `tactogram VERB --help` lists a verb's options.",
+        "",
+    ])  # fmt: skip
 
 
-def _complete(sub: argparse.ArgumentParser, module: str, words: str, *, listing: bool) -> None:
-    from tactogram.cli.functions import FunctionVerb
-    from tactogram.cli.verbs import add_options
+def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
+    """Return what to say of words that begin with no verb; None if they do, or begin with an option.
 
-    verb = import_module(module).VERBS[words]
-    if not isinstance(verb, FunctionVerb):
-        add_options(sub, verb, listing=listing)
-        sub.set_defaults(verb=verb, usage_error=sub.error)
-
-
-class _Version(argparse.Action):
-    """Show the version without looking it up for every other command."""
-
-    def __init__(self, option_strings: Sequence[str], dest: str, **kwargs: Any) -> None:
-        super().__init__(option_strings, dest, nargs=0, **kwargs)
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: Any) -> None:
-        from importlib.metadata import version
-
-        sys.stdout.write(f"tactogram {version('tactogram')}\n")
-        parser.exit()
+    ``verbs`` have one word, or that of a group and their own.
+    """
+    known = [verb.split() for verb in verbs]
+    given = list(words[:2])
+    if not given or given[0].startswith("-") or given[:1] in known or given in known:
+        return None
+    inner = [verb for verb in known if verb[0] == given[0]]
+    if inner and (len(given) == 1 or given[1].startswith("-")):
+        return None
+    for extra, words_there in EXTRAS.items():
+        if " ".join(given) in words_there or (not inner and given[0] in words_there):
+            return f"`tactogram {' '.join(given)}` comes with an extra: pip install 'tactogram[{extra}]'"
+    wrong = given[-1] if inner else given[0]
+    near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
+    found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]
+    likely = f"did you mean {' or '.join(found)}? " if found else ""
+    shown, group = (" ".join(given), f"{given[0]} ") if inner else (wrong, "")
+    return f"no verb {shown!r}; {likely}`tactogram {group}--help` lists all"
