@@ -167,7 +167,7 @@ def _told(
 
 
 def _text(result: Mapping[str, Any]) -> str:
-    table = [("plates", "iterations", "correct", "lowest of 100", *RULES)]
+    table: list[tuple[str, ...]] = [("plates", "iterations", "correct", "lowest of 100", *RULES)]
     for one in result["clusters"]:
         plates = ",".join(name.removeprefix("plate") for name in one["plates"])
         rates = (f"{one['correct_rate']:.3f}", f"{one['lowest_smoothed']:.3f}")

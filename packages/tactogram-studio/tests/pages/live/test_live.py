@@ -151,7 +151,9 @@ def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan, until
     assert (runner.result["session"], runner.result["accepted"], runner.result["left"]) == ("tiny-K7", 1, 1)
     state = session_state(workspace, "rec", request.session_name)
     assert state == {"total": 2, "accepted": 1, "skipped": 0, "left": 1, "open": False}
-    rest = capture(plan, source=SIMULATED, data=tmp_path / "rec", changes={"subject": "K7"}, yes=True, silent=True)
+    rest = capture(
+        plan, source=SIMULATED, data=tmp_path / "rec", changes={"subject": "K7"}, yes=True, silent=True
+    )
     assert (rest["accepted"], rest["left"], rest["recordings"]) == (1, 0, 2)
 
 

@@ -175,7 +175,9 @@ class LiveRunner:
         if request.run:
             from tactogram_capture.workflows.live import live
 
-            return lambda: live(request.run, source=request.source, on_window=self._show_guess, heard=self._hear)
+            return lambda: live(
+                request.run, source=request.source, on_window=self._show_guess, heard=self._hear
+            )
         return lambda: self._watch(request.source)
 
     def _watch(self, address: str) -> dict[str, Any]:
