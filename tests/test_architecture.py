@@ -80,9 +80,7 @@ OPEN_CIRCLES = [
     {"tactogram_studio.pages.make.files", "tactogram_studio.pages.make.form_view"}
     | {"tactogram_studio.pages.make.mix_view", "tactogram_studio.pages.make.page"}
     | {"tactogram_studio.pages.make.results_view"},
-    {"tactogram_studio.pages.materials.import_page", "tactogram_studio.pages.materials.import_start"}
-    | {"tactogram_studio.pages.materials.preview_view"},
-    {"tactogram_studio.pages.studies.editor.page"},
+    {"tactogram_studio.pages.materials.import_page", "tactogram_studio.pages.materials.preview_view"},
 ]
 """Circles of modules that are still to be opened; each may only become smaller."""
 

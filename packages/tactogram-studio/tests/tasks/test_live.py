@@ -68,7 +68,9 @@ def test_a_session_is_the_terminals_and_says_how_far_it_is(tmp_path, plan, until
     assert (runner.result["session"], runner.result["accepted"], runner.result["left"]) == ("tiny-K7", 1, 1)
     state = session_state(workspace, "rec", request.session_name)
     assert state == {"total": 2, "accepted": 1, "skipped": 0, "left": 1, "open": False}
-    rest = capture(plan, SIMULATED, tmp_path / "rec", changes={"subject": "K7"}, yes=True, sound=False)
+    rest = capture(
+        plan, source=SIMULATED, data=tmp_path / "rec", changes={"subject": "K7"}, yes=True, silent=True
+    )
     assert (rest["accepted"], rest["left"], rest["recordings"]) == (1, 0, 2)
 
 
@@ -95,8 +97,8 @@ def test_what_a_classifier_makes_of_it_is_shown(tmp_path, monkeypatch, until):
         100, 0.3, Classification({"cork": 0.2, "tile": 0.8}, none_of_these=True), 0.0, 1.5, 0.02, 0
     )
 
-    def live(run, address, *, show, **rest):
-        show(guess)
+    def live(run, *, source, on_window, **rest):
+        on_window(guess)
         return {"windows": 1, "judged": 1}
 
     monkeypatch.setattr(tactogram_capture.workflows.live, "live", live)
