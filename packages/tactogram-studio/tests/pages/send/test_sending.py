@@ -166,7 +166,9 @@ def test_what_was_played_is_kept_in_order_and_survives_a_cut_line(tmp_path):
 def test_the_most_dangerous_is_said_first(tmp_path):
     t = np.arange(4000) / 4000
     write_signal(tmp_path / "mu.npz", Signal((0.34 + 0.04 * np.sin(60 * t)).astype(np.float32), 4000, "1"))
-    report = render(tmp_path / "mu.npz", tmp_path / "d.wav", display="electrovibration", level="peak=0.5")["report"]
+    report = render(tmp_path / "mu.npz", tmp_path / "d.wav", display="electrovibration", level="peak=0.5")[
+        "report"
+    ]
     first = warnings_of(open_display("electrovibration"), report)[0]
     assert "limits the current" in first
 
