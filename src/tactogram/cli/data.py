@@ -60,7 +60,7 @@ def _info_text(facts: dict[str, Any]) -> str:
 def _like_text(facts: dict[str, Any]) -> str:
     rows = [("material", "distance", "recording")]
     rows += [(f["material"] or "", f"{f['distance']:.2f} dB", f["id"]) for f in facts["nearest"]]
-    return facts["measure"] + "\n" + columns(rows)
+    return f"{facts['measure']}\n{columns(rows)}"
 
 
 def _rate_text(facts: dict[str, Any]) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
@@ -53,6 +52,10 @@ def _ok(result: Any) -> int:
     return 0
 
 
+def _alone() -> AbstractContextManager[Mapping[str, Any]]:
+    return nullcontext({})
+
+
 class FunctionVerb(NamedTuple):
     """A verb: its function as ``module:name``, and the text of its result for people.
 
@@ -72,9 +75,7 @@ class FunctionVerb(NamedTuple):
     """Help and function of ``--list``, which needs no other option."""
     advice: Mapping[str, str] = MappingProxyType({})
     """Advice instead of a remedy, by its text, or of any value of an argument (``rate=``)."""
-    within: Callable[[], AbstractContextManager[Mapping[str, Any]]] = partial(
-        nullcontext, MappingProxyType({})
-    )
+    within: Callable[[], AbstractContextManager[Mapping[str, Any]]] = _alone
     """Context in which the function runs; it yields further arguments of it, such as callbacks."""
 
     def load(self) -> Callable[..., Any]:

@@ -100,7 +100,12 @@ def _models_text(facts: dict[str, Any]) -> str:
         about = lines_of({name: value for name, value in facts.items() if name != "settings"})
         return f"{about}\n{columns(rows, width=terminal_width())}"
     rows = [
-        (name, str(model.year), _in_and_out(model), model.title + "; comes trained" * facts[name]["trained"])
+        (
+            name,
+            str(model.year),
+            _in_and_out(model),
+            f"{model.title}{'; comes trained' if facts[name]['trained'] else ''}",
+        )
         for name, model in available().items()
     ]
     return columns(rows, width=terminal_width())
