@@ -63,8 +63,9 @@ def described_function(words: str, verb: FunctionVerb) -> list[str]:
     """Return the Markdown lines of a verb that is a function."""
     flags = flags_of(verb)
     known = parameters(verb.load())
+    placed = {name for name, flag in flags.items() if not flag.startswith("-")}
     usage = " ".join(
-        ["tactogram", words, *(one.name.upper() for one in known if one.positional), "[options]"]
+        ["tactogram", words, *(one.name.upper() for one in known if one.name in placed), "[options]"]
     )
     lines = [
         f"{summary(verb.load())}\n",
@@ -72,7 +73,7 @@ def described_function(words: str, verb: FunctionVerb) -> list[str]:
         f"```{{program}} tactogram {words}\n```\n",
     ]
     for one in known:
-        name = one.name.upper() if one.positional else f"{flags[one.name]} {one.name.upper()}"
+        name = one.name.upper() if one.name in placed else f"{flags[one.name]} {one.name.upper()}"
         default = f" (default {one.default})" if one.default else ""
         required = one.default is Parameter.empty
         lines.append(f"````{{option}} {name}\n{one.text}{'' if required else default}\n````\n")

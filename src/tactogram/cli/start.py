@@ -99,7 +99,7 @@ def _models_text(facts: dict[str, Any]) -> str:
         ]
         about = lines_of({name: value for name, value in facts.items() if name != "settings"})
         return f"{about}\n{columns(rows, width=terminal_width())}"
-    rows = [
+    listed = [
         (
             name,
             str(model.year),
@@ -108,7 +108,7 @@ def _models_text(facts: dict[str, Any]) -> str:
         )
         for name, model in available().items()
     ]
-    return columns(rows, width=terminal_width())
+    return columns(listed, width=terminal_width())
 
 
 def _in_and_out(model: ModelInfo) -> str:
