@@ -1,6 +1,8 @@
 """Every public function of the documented interface says the shapes of its arrays and the errors it raises."""
 
 import ast
+import doctest
+import inspect
 import re
 from pathlib import Path
 
@@ -90,6 +92,15 @@ def test_shapes_and_errors_are_said(module):
     tree = ast.parse(source(module))
     found = {name: missing for name, node in functions(tree.body) if (missing := lacks(node))}
     assert not found
+
+
+@pytest.mark.parametrize("name", tactogram.__all__)
+def test_examples_give_what_they_say(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    public = inspect.unwrap(getattr(tactogram, name))
+    runner = doctest.DocTestRunner()
+    for example in doctest.DocTestFinder(recurse=False).find(public, name, globs={"tactogram": tactogram}):
+        assert runner.run(example).failed == 0
 
 
 def test_what_is_not_said_is_found():

@@ -6,6 +6,7 @@ from hypothesis.extra.numpy import arrays
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
+from tactogram.signal.io import write_signal
 
 
 def test_samples_are_copied_and_read_only():
@@ -48,6 +49,46 @@ def test_a_signal_says_what_it_is():
 
 def test_one_axis_may_be_flat():
     assert Signal([1, 2, 3], 10, "V").samples.shape == (1, 3)
+
+
+@pytest.mark.parametrize(
+    ("shape", "axes", "names"),
+    [
+        ((2000, 3), (), ("x", "y", "z")),
+        ((2000, 1), (), ("z",)),
+        ((2000, 2), ("left", "right"), ("left", "right")),
+    ],
+)
+def test_an_array_with_the_axes_last_is_turned_where_only_that_fits(shape, axes, names):
+    samples = np.random.default_rng(0).normal(size=shape)
+    signal = Signal(samples, 1000, "m/s^2", axes)
+    np.testing.assert_array_equal(signal.samples, samples.T.astype(np.float32))
+    assert signal.axes == names
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (4, 3), (2000, 2), (2000, 5)])
+def test_an_array_that_may_be_either_needs_names(shape):
+    with pytest.raises(ParameterError, match=f"axes must be {shape[0]} different names"):
+        Signal(np.zeros(shape), 1000, "m/s^2")
+
+
+@pytest.mark.parametrize("samples", [[[1, 2], [3]], "abc", None, [1j], object()])
+def test_what_is_no_array_of_numbers_is_one_line(samples):
+    with pytest.raises(ParameterError, match="samples must be") as refused:
+        Signal(samples, 1000, "N")
+    assert "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "got"),
+    [([0.0, 1.0], "list"), (np.zeros((3, 9)), "ndarray"), ("x.wav", "'x.wav'"), (None, "NoneType")],
+)
+def test_what_is_no_signal_is_refused_with_how_to_make_one(value, got, tmp_path):
+    with pytest.raises(ParameterError, match=f"^signal must be a Signal, .* got {got}; ") as refused:
+        write_signal(tmp_path / "x.wav", value)
+    assert (refused.value.parameter, refused.value.expected) == ("signal", "a Signal")
+    assert refused.value.value is value
+    assert not (tmp_path / "x.wav").exists()
 
 
 def test_axes_have_names():

@@ -304,6 +304,14 @@ def test_a_file_that_cannot_hold_a_signal_is_refused_before_one_is_made(voice, t
             generate_files(voice, {"material": "cork"}, tmp_path / name)
 
 
+def test_an_array_cannot_be_classified_or_searched_without_its_rate_and_unit(run):
+    for job in (classify, search):
+        with pytest.raises(
+            ParameterError, match="signal must be a Signal, .* got ndarray; make one, `Signal"
+        ):
+            job(run.folder, np.zeros((3, 2000)))
+
+
 def test_a_classifier_does_not_generate_nor_a_voice_classify(run, voice, texture):
     with pytest.raises(ParameterError, match="stroke_cnn does not generate"):
         next(generate(run.folder, {"material": "cork"}))

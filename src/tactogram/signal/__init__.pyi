@@ -38,6 +38,7 @@ from .signal import (
     Image as Image,
     Signal as Signal,
     check_rate as check_rate,
+    signal_of as signal_of,
 )
 from .synthesis import (
     synthesise as synthesise,

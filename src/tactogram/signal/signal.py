@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, one_line, shown
 
 UNITS = ("m/s^2", "m/s", "m", "N", "V", "rad/s", "rad", "Pa", "T", "1")
 """Units of a sample. ``"1"`` is a ratio: a friction coefficient, sensor counts, or full scale in -1..1."""
 
 RATES = (1e-6, 1e9)
 """Lowest and highest rate, beyond which sample counts overflow."""
+MOST_AXES = 16
+"""More rows than this, of one or three columns, are samples in time, not axes without names."""
 Domain = Literal["time", "displacement"]
 
 
@@ -37,7 +40,8 @@ class Signal:
     ----------
     samples : float32 array, shape (axis, time)
         In ``unit``. Copied unless already a read-only float32 array; read-only afterwards: ``np.array(signal)`` is a
-        copy to write to, or for ``torch.from_numpy``. A 1-D array is one axis. At least one sample; all finite.
+        copy to write to, or for ``torch.from_numpy``. A 1-D array is one axis; shape (time, axis) is turned where only
+        that fits the axes. At least one sample; all finite.
     rate : float
         Samples per second (Hz), or per millimetre if ``domain`` is ``"displacement"``. Within `RATES`.
     unit : str
@@ -61,7 +65,11 @@ class Signal:
 
     def __post_init__(self) -> None:
         samples = _frozen(self.samples)
-        axes = tuple(self.axes) or {1: ("z",), 3: ("x", "y", "z")}.get(len(samples), ())
+        axes = tuple(self.axes)
+        fitting, most = ((len(axes),), 1) if axes else ((1, 3), MOST_AXES)
+        if len(samples) not in fitting and samples.shape[1] in fitting and len(samples) > most:
+            samples = _frozen(samples.T)
+        axes = axes or {1: ("z",), 3: ("x", "y", "z")}.get(len(samples), ())
         if len(axes) != len(samples) or len(set(axes)) != len(axes):
             raise ParameterError(f"axes must be {len(samples)} different names, got {axes}")
         rate = check_rate(self.rate)
@@ -156,9 +164,31 @@ class Signal:
         return replace(self, samples=np.asarray(samples), **changes)
 
 
+def signal_of(value: object, name: str = "signal") -> Signal:
+    """Return a `Signal`; `ParameterError` for anything else, such as an array, whose rate and unit are not known."""
+    if isinstance(value, Signal):
+        return value
+    got = shown(value) if isinstance(value, str | Path) else type(value).__name__
+    how = (
+        f"read it, `read_signal({got})`"
+        if isinstance(value, str | Path)
+        else "make one, `Signal(samples, rate, unit)`"
+    )
+    raise ParameterError(
+        f"{name} must be a Signal, which states its rate and unit, got {got}; {how}",
+        parameter=name,
+        value=value,
+        expected="a Signal",
+        remedy=how,
+    )
+
+
 def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     """Return ``samples`` as a read-only float32 array (axis, time)."""
-    array = np.asarray(samples)
+    try:
+        array = np.asarray(samples)
+    except ValueError as error:
+        raise ParameterError(f"samples must be an array (axis, time): {one_line(error)}") from None
     if array.ndim not in (1, 2) or array.size == 0:
         raise ParameterError(f"samples must be (axis, time), not empty, got shape {array.shape}")
     if array.dtype.kind not in "fiub":

@@ -88,7 +88,7 @@ def test_an_items_name_does_not_say_what_it_shows():
     [
         ({"set_name": "stroking9", "raters": 3}, "stroking9 has no ratings"),
         ({"set_name": "tactile_images", "raters": 0}, "at least one simulated rater"),
-        ({"set_name": "tactile_images", "per_class": 0}, "per_class must be at least 1"),
+        ({"set_name": "tactile_images", "per_class": 0}, "per_class must be greater than or equal to 1"),
         ({"set_name": "tactile_images", "seconds": 2.0}, "holds images alone"),
     ],
 )

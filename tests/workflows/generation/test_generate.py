@@ -31,6 +31,21 @@ MATERIALS = load_run("texture_flow").kind.materials
 
 
 @pytest.mark.parametrize(
+    ("condition", "options", "message"),
+    [
+        ("cork", {}, "condition must be Mapping"),
+        ({"material": {"no such": 1}}, {}, "material must be one of"),
+        ({"colour": 1}, {}, "condition 'colour' is not one this model takes"),
+        ({"material": {"cork": 1}}, {"count": "many"}, "count must be int, got 'many'"),
+        ({"material": {"cork": 1}}, {"seconds": -1}, "seconds must be > 0"),
+    ],
+)
+def test_the_call_itself_refuses_what_is_wrong(condition, options, message):
+    with pytest.raises(ParameterError, match=message):
+        generate("texture_flow", condition, **options)
+
+
+@pytest.mark.parametrize(
     ("text", "material"),
     [
         ("Corrugated cardboard", "corrugated-cardboard"),

@@ -16,7 +16,7 @@ from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signa
 from tactogram.rendering.drive.safety import safe
 from tactogram.rendering.level import Level
 from tactogram.signal.displacement import played
-from tactogram.signal.signal import RATES, Signal
+from tactogram.signal.signal import RATES, Signal, signal_of
 
 MOST_SAMPLES = 2e8
 """Most samples of a drive's channel: 400 s of an ultrasonic waveform, and 1.6 GB while it is transformed."""
@@ -66,7 +66,7 @@ def fit(
     ParameterError
         If a signal over displacement has no speed, a signal over time has one, or the family refuses.
     """
-    given = signal_facts(signal)
+    given = signal_facts(signal_of(signal))
     scaled: list[str] = []
     if signal.domain == "displacement":
         if speed_mm_s is None:

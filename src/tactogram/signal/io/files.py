@@ -29,7 +29,7 @@ from tactogram.signal.io.content import (
 from tactogram.signal.io.roles import roles_of
 from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
-from tactogram.signal.signal import Signal
+from tactogram.signal.signal import Signal, signal_of
 from tactogram.signal.timing import SamplingTiming, estimate_timing
 
 LOG = logging.getLogger("tactogram")
@@ -315,9 +315,9 @@ def write_signal(
     Raises
     ------
     ParameterError
-        If the format cannot hold the signal, or the metadata is not JSON.
+        If it is no signal, the format cannot hold it, or the metadata is not JSON.
     """
-    path = Path(path)
+    path, signal = Path(path), signal_of(signal)
     suffix = _suffix(path, WRITABLE)
     if suffix not in SOUND and (subtype is not None or full_scale is not None):
         raise ParameterError(f"subtype and full_scale are for .wav and .flac, got {suffix}")

@@ -117,8 +117,9 @@ def convert(
     Examples
     --------
     >>> tactogram.write_signal("tap.wav", tactogram.Signal([0, 1, 0, -1] * 500, 2000, "1"))
-    >>> tactogram.convert("tap.wav", "tap.csv", unit="m/s^2")["rms"]
-    0.7071067811865476
+    >>> facts = tactogram.convert("tap.wav", "tap.csv")
+    >>> facts["rate_hz"], facts["unit"], round(facts["rms"], 3)
+    (2000.0, '1', 0.707)
     """
     options = {name: value for name, value in locals().items() if name != "check"}
     from tactogram.rendering.displays.catalogue import open_display

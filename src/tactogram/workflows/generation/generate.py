@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from tactogram.datasets.simulate.materials import SYNONYMS, known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe, plain
 from tactogram.model import Condition, Limit, check_options, condition_options
+from tactogram.parameters import checked
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
 from tactogram.rendering.streaming.finger_path import followed
@@ -32,27 +34,49 @@ SIMULATED, SIMULATED_S = "simulated", 10.0
 """A hand that is simulated, not a person's, and how long it moves by default, s."""
 
 
+@checked
 def generate(
     run: Path | str | LoadedRun,
-    condition: Condition,
+    condition: Mapping[str, Any],
     *,
     seconds: float | None = None,
     seed: int = 0,
     count: int = 1,
 ) -> Iterator[Signal | Image]:
-    """Yield ``count`` signals or images for ``condition``; number n of a seed is always the same.
+    """Return signals or images from a trained generator; number n of a seed is always the same.
 
-    Signals of different surfaces differ in noise; one surface keeps its noise at any speed, force and motion.
+    The first is made at once, so that the call itself refuses what is wrong; the others when they are asked for.
+    Signals of different surfaces differ in noise; one surface keeps its noise at any speed, force and motion. What is
+    outside of what the run learned counts as the nearest inside (`limits`).
 
-    ``condition`` has names from `tactogram.model.condition_types`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``;
-    words are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material
-    instead (`with_materials`). The length is by default the model's own. What is outside of what the run learned counts
-    as the nearest inside (`limits`).
+    Parameters
+    ----------
+    run : Path, str or LoadedRun
+        Run of a generator, or the name of one that comes with the package.
+    condition : mapping
+        Names from `tactogram.model.condition_types`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words are on the
+        scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead.
+    seconds : float, optional
+        Length of a signal; by default the model's own.
+    seed : int
+        Seed of the noise.
+    count : int
+        Number of results.
+
+    Returns
+    -------
+    iterator of Signal or Image
 
     Raises
     ------
     ParameterError
         For a condition that the model does not take or know, or a length out of range.
+
+    Examples
+    --------
+    >>> made = next(tactogram.generate("texture_flow", {"material": {"cork": 1}}, seconds=1))
+    >>> made.unit, made.seconds
+    ('m/s^2', 1.0)
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     _ = loaded.generator  # refuses a run that does not generate
@@ -62,8 +86,9 @@ def generate(
     if condition.get("motion") is not None:
         _check_motion(loaded)
     condition = within(loaded, with_materials(loaded, condition))
-    for drawn in seeds_of(seed, count):
-        yield loaded.generate(condition, seconds=seconds, seed=drawn)
+    first, *others = seeds_of(seed, count)
+    made = loaded.generate(condition, seconds=seconds, seed=first)
+    return chain((made,), (loaded.generate(condition, seconds=seconds, seed=drawn) for drawn in others))
 
 
 def limits(run: LoadedRun, condition: Condition) -> list[Limit]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from tactogram.signal import Signal
+from tactogram.signal import Signal, signal_of
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.surface_index import SurfaceIndex, surface_vector
 
@@ -26,7 +26,7 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     classifier = loaded.classifier
-    prepared = loaded.prepare(signal)
+    prepared = loaded.prepare(signal_of(signal))
     probabilities = classifier.probabilities(prepared)
     ranked = sorted(zip(loaded.kind.materials, probabilities.tolist(), strict=True), key=lambda p: -p[1])
     none_of_these = None

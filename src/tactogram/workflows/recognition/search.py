@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Examples, Segment, Store, label_of, open_store
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
+from tactogram.signal import Signal, signal_of
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.surface_index import (
@@ -51,7 +51,7 @@ def search(
         store = open_store(data)
         simulated = simulated or store.simulated
         index = _index_of(loaded, store, index)
-    vector = surface_vector(loaded.embedder, loaded.prepare(signal))
+    vector = surface_vector(loaded.embedder, loaded.prepare(signal_of(signal)))
     every = index.nearest(vector, len(index.ids))
     materials: dict[str, float] = {}
     for found in every:
