@@ -36,7 +36,7 @@ weaker than the mean, below its leakage through a Hamming window, so that no spe
 
 
 class FrictionGenerator(Protocol):
-    """What is evaluated: `FrictGANLearner` is one."""
+    """Generator of friction spectrograms, which is evaluated: `FrictGANLearner` is one."""
 
     @property
     def spectrogram(self) -> AmplitudeSpectrogram:

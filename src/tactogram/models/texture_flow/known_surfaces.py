@@ -32,7 +32,7 @@ CONDITIONS_OF_A_STROKE = (*NUMBERS, "contactor")
 
 
 class SurfaceSource(Protocol):
-    """What is described, by a material or mix, words or a recording."""
+    """Description of a surface, by a material or mix, words or a recording."""
 
     def at(self, condition: Condition) -> tuple[TonalSurface, Condition | None]:
         """Return the surface at a speed and force, and those that the result is for.
