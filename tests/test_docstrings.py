@@ -116,7 +116,7 @@ def test_what_is_not_said_is_found():
 def test_headings_of_modules_and_classes_name_a_thing():
     question = re.compile(r"(What|How|Whether|Where|Which|When|Who|Why|Of|From)\b")
     found = []
-    for path in sorted((ROOT / "src").rglob("*.py")):
+    for path in sorted((*ROOT.glob("src/**/*.py"), *ROOT.glob("packages/*/src/**/*.py"))):
         if "tests" not in path.parts:
             tree = ast.parse(path.read_text(encoding="utf-8"))
             nodes = [tree, *(node for node in ast.walk(tree) if isinstance(node, ast.ClassDef))]

@@ -67,7 +67,7 @@ def probes(text):
 
 @pytest.mark.parametrize("room", ROOMS)
 def test_no_attribute_of_a_model_is_looked_for_by_its_name(room):
-    found = {path.name: probes(path.read_text("utf-8")) for path in (ROOT / room).rglob("*.py")}
+    found = {str(path): probes(path.read_text("utf-8")) for path in (ROOT / room).rglob("*.py")}
     assert found
     assert {name: lines for name, lines in found.items() if lines} == {}
 

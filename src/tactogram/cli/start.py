@@ -108,7 +108,7 @@ def _models_text(facts: dict[str, Any]) -> str:
         )
         for name, model in available().items()
     ]
-    return columns(listed, width=terminal_width())
+    return columns(rows, width=terminal_width())
 
 
 def _in_and_out(model: ModelInfo) -> str:

@@ -1,8 +1,7 @@
 """Phase recovery: a signal from the magnitude of its short-time Fourier transform.
 
-benchmarks/bench_phase.py is the reason for the defaults of `recover`.
-
-Průša, Balazs & Søndergaard, "A noniterative method for reconstruction of phase from STFT magnitude",
+benchmarks/bench_phase.py is the reason for the defaults of `recover`. The phase that `gradient_phase` begins with is
+that of Průša, Balazs & Søndergaard, "A noniterative method for reconstruction of phase from STFT magnitude",
 IEEE/ACM Trans. Audio, Speech, Lang. Process. 25(5), 2017.
 """
 

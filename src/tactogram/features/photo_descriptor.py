@@ -1,4 +1,4 @@
-"""Photograph descriptor: colour and coarseness, independent of position."""
+"""Photograph descriptor: colour and coarseness, independent of position; and the novelty of a photograph."""
 
 from __future__ import annotations
 
@@ -24,6 +24,14 @@ FLOOR = 1e-8
 """Added to powers of contrast, so that a plain surface has a level."""
 SMALLEST = 8
 """Pixels of the shorter side."""
+UNLIKE = 0.25
+"""Novelty from which a photograph counts as unlike all training photographs: the lower quartile, so that about three
+quarters of the training photographs would have it, were their own materials left out."""
+LEAST_MATERIALS = 3
+"""Fewer say too little about the distances between materials."""
+LONGEST_SIDE = 512
+"""Pixels; of a larger photograph the centre is described, at the same scale."""
+LEAST_SPREAD = 1e-9
 
 
 def check_photograph(image: Any) -> None:
@@ -60,16 +68,6 @@ def descriptor(image: Image) -> NDArray[np.float64]:
         for band in range(OCTAVES)
     ]
     return np.concatenate([[mean], colour, 10 * np.log10(np.ravel(levels) + FLOOR)])
-
-
-UNLIKE = 0.25
-"""Novelty from which a photograph counts as unlike all training photographs: the lower quartile, so that about three
-quarters of the training photographs would have it, were their own materials left out."""
-LEAST_MATERIALS = 3
-"""Fewer say too little about the distances between materials."""
-LONGEST_SIDE = 512
-"""Pixels; of a larger photograph the centre is described, at the same scale."""
-LEAST_SPREAD = 1e-9
 
 
 class NearestPhotograph(NamedTuple):

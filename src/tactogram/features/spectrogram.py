@@ -1,6 +1,6 @@
-"""Spectrogram: a signal <-> the bounded log-magnitude picture that a network sees.
+"""Spectrograms: a signal <-> the picture that a network sees, of bounded log magnitudes or of amplitudes.
 
-FrictGAN generates such a spectrogram, 257 x 11, of a friction coefficient over displacement.
+FrictGAN generates the latter, 257 x 11, of a friction coefficient over displacement.
 """
 
 from __future__ import annotations
@@ -18,6 +18,11 @@ from tactogram.features.phase import ITERATIONS, STARTS, Iteration, Start, recov
 from tactogram.features.stft import STFT, Window, check_precision, overlap_add
 from tactogram.signal import UNITS, Signal
 from tactogram.signal.signal import Domain
+
+MOMENTUM = 0.99
+"""Momentum of the fast Griffin-Lim algorithm (Perraudin et al. 2013); default of `librosa.griffinlim`."""
+NOTHING = 1e-30
+"""Magnitude below which a phase means nothing; large magnitudes over it are finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -202,12 +207,6 @@ class Spectrogram:
         if self.n_fft % 2 == 0:
             gain[-1] = total
         return gain
-
-
-MOMENTUM = 0.99
-"""Momentum of the fast Griffin-Lim algorithm (Perraudin et al. 2013); default of `librosa.griffinlim`."""
-NOTHING = 1e-30
-"""Magnitude below which a phase means nothing; large magnitudes over it are finite."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Properties that all signals, or all images, of a run share."""
+"""Properties that all signals, or all images, of a run share, and limits within which a condition was learned."""
 
 from __future__ import annotations
 
@@ -14,6 +14,12 @@ from tactogram.model.conditions import Condition
 from tactogram.model.examples import Example
 from tactogram.signal import Signal
 from tactogram.signal.signal import Domain
+
+UNSAID, NOTHING = 0.01, 1e-9
+"""Relative and absolute difference of numbers that count as the same."""
+MOMENT_S = 0.05
+"""Between the times at which a motion is looked at, s."""
+_QUANTITIES = {"speed_mm_s": ("speed", " mm/s"), "force_n": ("force", " N")}
 
 
 @dataclass(frozen=True)
@@ -164,13 +170,6 @@ def unit_scores(words: Mapping[str, float], kind: Kind, *, partial: bool = False
 def _properties(signal: Signal | SignalKind) -> str:
     per = "Hz" if signal.domain == "time" else "samples per mm"
     return f"{signal.rate:g} {per}, {signal.unit}, axes {','.join(signal.axes)}"
-
-
-UNSAID, NOTHING = 0.01, 1e-9
-"""Relative and absolute difference of numbers that count as the same."""
-MOMENT_S = 0.05
-"""Between the times at which a motion is looked at, s."""
-_QUANTITIES = {"speed_mm_s": ("speed", " mm/s"), "force_n": ("force", " N")}
 
 
 class Limit(NamedTuple):

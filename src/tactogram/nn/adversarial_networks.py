@@ -1,4 +1,4 @@
-"""Generator and discriminator: an optimiser each, schedule, and the choice of weights by validation pictures.
+"""Generator and discriminator: optimisers, schedule, choice of weights by validation pictures, and their losses.
 
 References
 ----------
@@ -8,8 +8,6 @@ References
   Wasserstein GANs. NeurIPS 30. Eq. 3 and Algorithm 1.
 - Wang, T.-C. et al. (2018). High-resolution image synthesis … with conditional GANs. CVPR. Eq. 4.
 - Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1.
-- Gulrajani, I., Ahmed, F., Arjovsky, M., Dumoulin, V. & Courville, A. (2017). Improved training of
-  Wasserstein GANs. NeurIPS 30. Eq. 3 and Algorithm 1.
 """
 
 from __future__ import annotations
@@ -28,6 +26,10 @@ from tactogram.features.photo_pairs import WeakPairs
 from tactogram.model import Saved
 from tactogram.nn.initial_weights import bare, fixed
 from tactogram.nn.photo_translation import row_statistics_distance
+
+EVALUATED = 256
+"""Maximum number of validation pairs used to choose weights."""
+LossKind = Literal["cross-entropy", "least-squares"]
 
 
 class AdversarialNetworks:
@@ -90,10 +92,6 @@ class AdversarialNetworks:
         """Continue from `optimiser_state`, if there is one."""
         for optimiser, values in zip(self.optimisers, states, strict=True) if states else ():
             optimiser.load_state_dict(values)
-
-
-EVALUATED = 256
-"""Maximum number of validation pairs used to choose weights."""
 
 
 class AdversarialPair(AdversarialNetworks, Saved):
@@ -168,9 +166,6 @@ class AdversarialPair(AdversarialNetworks, Saved):
         if self.best_weights:
             self.bare_generator.load_state_dict(self.best_weights)
             self.best_weights = {}
-
-
-LossKind = Literal["cross-entropy", "least-squares"]
 
 
 def adversarial_loss(scores: Sequence[Tensor], *, real: bool, kind: LossKind = "cross-entropy") -> Tensor:

@@ -1,4 +1,4 @@
-"""Initial weights: normal ones of pix2pix, and TensorFlow's (Glorot uniform) in strided convolutions and dense layers.
+"""Weights: initial ones of pix2pix and TensorFlow (Glorot uniform), fixed ones, and their moving average.
 
 References
 ----------
@@ -7,9 +7,6 @@ References
 - Isola, P. et al. (2017). Image-to-image translation with conditional adversarial networks. CVPR. Sec. 6.2.
 - Glorot, X. & Bengio, Y. (2010). Understanding the difficulty of training deep feedforward neural networks. AISTATS.
   Eq. 16.
-
-References
-----------
 - Yazıcı, Y. et al. (2019). The unusual effectiveness of averaging in GAN training. ICLR.
 """
 
@@ -24,6 +21,8 @@ import torch
 from torch import nn
 
 from tactogram.model import Saved
+
+Layer = TypeVar("Layer", nn.Linear, nn.Conv1d, nn.ConvTranspose1d)
 
 
 def normal_(network: nn.Module, gain: float = 0.02) -> None:
@@ -40,9 +39,6 @@ def normal_(network: nn.Module, gain: float = 0.02) -> None:
             continue
         if module.bias is not None:
             nn.init.zeros_(module.bias)
-
-
-Layer = TypeVar("Layer", nn.Linear, nn.Conv1d, nn.ConvTranspose1d)
 
 
 def padding(kernel: int, stride: int) -> int:

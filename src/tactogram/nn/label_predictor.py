@@ -1,12 +1,9 @@
-"""Label predictor: a classifier of photographs whose label or features condition a generator, with its training.
+"""Label predictor: a classifier of photographs that conditions a generator, its training and its augmentation.
 
 References
 ----------
 - Neshov, N. et al. (2026). Visual-to-tactile cross-modal generation … Sensors 26, 426. Sec. 3.1 ("Label
   Predictor") and 3.2.
-
-References
-----------
 - Zhong, Z. et al. (2020). Random erasing data augmentation. AAAI.
 - Zhang, H. et al. (2018). mixup: beyond empirical risk minimization. ICLR.
 """
@@ -33,6 +30,8 @@ from tactogram.nn.photo_translation import photo_crops, photos_of
 from tactogram.nn.trunks import Trunk, TrunkName
 
 Beta = Annotated[float, Field(ge=0, lt=1)]
+ERASED_SHARE, ERASED_RATIO = (0.02, 0.33), (0.3, 3.3)
+"""Area, and height by width, of erased rectangles: as in torchvision's RandomErasing, after Zhong et al."""
 
 
 class PredictorConfig(ModelConfig):
@@ -201,10 +200,6 @@ class PredictorTraining(Saved):
         """Continue from `state`."""
         super().load_state(state)
         self.bare.trunk.loaded = state["loaded"]
-
-
-ERASED_SHARE, ERASED_RATIO = (0.02, 0.33), (0.3, 3.3)
-"""Area, and height by width, of erased rectangles: as in torchvision's RandomErasing, after Zhong et al."""
 
 
 def moved(photo: Tensor, *, scale: float, rotation_deg: float, rng: np.random.Generator) -> Tensor:

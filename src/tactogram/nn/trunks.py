@@ -1,15 +1,12 @@
-"""Trunks: networks from a photograph to feature maps. Weights come from a file, a package, or training.
+"""Trunks: networks from a photograph to feature maps, and the perceptual loss of one of them, VGG-19.
 
-Nothing is downloaded. A trunk is built without its weights; `Trunk.load` loads them when a training begins, and the run
-stores them, so that a finished run needs no other file.
+Weights come from a file, a package, or training; nothing is downloaded. A trunk is built without its weights;
+`Trunk.load` loads them when a training begins, and the run stores them, so that a finished run needs no other file.
 
 References
 ----------
 - Huang, G. et al. (2017). Densely connected convolutional networks. CVPR.
 - Tan, M. & Le, Q. V. (2019). EfficientNet: rethinking model scaling for convolutional neural networks. ICML.
-
-References
-----------
 - Johnson, J., Alahi, A. & Fei-Fei, L. (2016). Perceptual losses for real-time style transfer and super-resolution.
   ECCV.
 - Wang, T.-C. et al. (2018). High-resolution image synthesis and semantic manipulation with conditional GANs. CVPR.
@@ -37,6 +34,11 @@ MEAN, DEVIATION = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)
 """Standardisation of red, green and blue in 0 to 1 for weights trained on ImageNet."""
 OWN_WIDTHS = (16, 32, 64, 128)
 """Channels of the small trunk without pretrained weights."""
+SLICES = (2, 7, 12, 21, 30)
+"""Ends of relu1_1, relu2_1, relu3_1, relu4_1 and relu5_1 among VGG-19's features."""
+OMITTED = f"the perceptual loss is omitted: set config.vgg_weights to {VGG19.file_name}, from {VGG19.url}"
+"""What a training without the file says."""
+WEIGHTS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1.0)
 
 
 class _FeatureMaps(Protocol):
@@ -144,13 +146,6 @@ def _small_network() -> nn.Module:
             nn.ReLU(),
         ]
     return nn.Sequential(*layers)
-
-
-SLICES = (2, 7, 12, 21, 30)
-"""Ends of relu1_1, relu2_1, relu3_1, relu4_1 and relu5_1 among VGG-19's features."""
-OMITTED = f"the perceptual loss is omitted: set config.vgg_weights to {VGG19.file_name}, from {VGG19.url}"
-"""What a training without the file says."""
-WEIGHTS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1.0)
 
 
 class PerceptualLoss(nn.Module):

@@ -2,10 +2,9 @@
 
 References
 ----------
-- Donahue, C., McAuley, J. & Puckette, M. (2019). Adversarial audio synthesis. ICLR.
+- Donahue, C., McAuley, J. & Puckette, M. (2019). Adversarial audio synthesis. ICLR. Sec. 3.3: phase shuffle.
 - Saga, S. et al. (2020). Machine learning-based classification and generation of vibrotactile information. Int. J.
   Adv. Networks and Services 13(3-4), 115-124. Table III.
-- Donahue, C., McAuley, J. & Puckette, M. (2019). Adversarial audio synthesis. ICLR. Sec. 3.3.
 """
 
 from __future__ import annotations

@@ -24,6 +24,9 @@ COLUMNS = 2500
 """… longer ones are drawn as the range of the samples in each column."""
 SLOW_HZ = 600.0
 """Drives up to this rate are drawn in steps, as the device holds them."""
+WINDOW_S = 0.064
+HIGHEST_HZ = 1000.0
+RANGE_DB = 50.0
 
 
 def drive_figure(drive: Drive, display: Display, *, title: str = "") -> Figure:
@@ -98,11 +101,6 @@ def _octaves(axes: Axes, bands: Sequence[dict[str, Any]], unit: str) -> None:
     axes.set(xlabel="octave, Hz (grey: out of the display's band)", ylabel=f"level, dB re 1 {unit} rms")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
-
-
-WINDOW_S = 0.064
-HIGHEST_HZ = 1000.0
-RANGE_DB = 50.0
 
 
 def stream_figure(sent: Signal, track: NDArray[np.float64], *, title: str) -> Figure:

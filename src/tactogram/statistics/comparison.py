@@ -30,6 +30,8 @@ INDEPENDENT = "takes every value as independent, which repeated answers of one p
 Numbers = NDArray[np.float64]
 PERMUTED_UP_TO = 13
 """Number of people up to which scipy tries every sign of tied differences; `signed_rank_p` is 1,000 times faster."""
+EXACT_UP_TO = 100
+"""Largest number of differences with an exact distribution of the rank sum; above, it is taken as normal."""
 
 
 @dataclass(frozen=True)
@@ -280,10 +282,6 @@ def _complete(conditions: Mapping[str, ArrayLike]) -> tuple[dict[str, Numbers], 
             f"two people must have a finite value in every condition, got {int(full.sum())} of {table.shape[1]}"
         )
     return {name: values[full] for name, values in samples.items()}, int((~full).sum())
-
-
-EXACT_UP_TO = 100
-"""Largest number of differences with an exact distribution of the rank sum; above, it is taken as normal."""
 
 
 def pseudomedian(differences: ArrayLike) -> tuple[float, float | None, float | None]:

@@ -1,4 +1,4 @@
-"""Training loop, the same for every model."""
+"""Training loop, the same for every model, and the services that its losses are logged to."""
 
 from __future__ import annotations
 

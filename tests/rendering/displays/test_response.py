@@ -5,7 +5,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.displays.catalogue import display_of, open_display
+from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.displays.response import (
     FlatResponse,
     ResonatorResponse,
@@ -105,51 +105,3 @@ def test_a_table_needs_a_curve():
     for points in ([], [[10, 1, 0]], [[20, 1, 0], [10, 1, 0]]):
         with pytest.raises(ValidationError):
             adapter.validate_python({"kind": "table", "unit": "m", "points": points})
-
-
-BASE = {
-    "name": "a",
-    "title": "a",
-    "family": "linear",
-    "rate": 1000,
-    "channels": ["a"],
-    "unit": "V",
-    "limit": 1,
-}
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"colour": 1}, "unknown key 'colour'"),
-        ({"linear": {"colour": 1}}, "linear: unknown key 'colour'"),
-        ({"family": "magic"}, "family must be one of"),
-        ({"limit": -1}, "limit"),
-        ({"unit": "A"}, "unit"),
-        ({"channels": ["a", "a"]}, "different names"),
-        ({"band": [100, 20]}, "low < high"),
-        ({"rest": 0.5}, "rest must be 0 where dc is forbidden"),
-        ({"rest": 2, "dc": True}, "rest must lie within"),
-        ({"settings": {}}, "belong in a table"),
-        ({"response": {"kind": "flat", "unit": "m/s^2"}}, "gain"),
-    ],
-)
-def test_a_wrong_display_is_refused_in_one_line(changes, message):
-    with pytest.raises(ParameterError, match=message) as caught:
-        display_of(BASE | changes, where="x.toml")
-    assert "\n" not in str(caught.value)
-    assert str(caught.value).startswith("x.toml")
-
-
-def test_values_of_a_display_can_be_changed_by_dotted_key():
-    display = open_display("voice-coil", changes={"limit": 2.5, "linear.cap_db": 10, "response.q": 5})
-    assert (display.limit, display.settings.cap_db, display.response.q) == (2.5, 10, 5)
-    with pytest.raises(ParameterError, match="limit is a value"):
-        open_display("voice-coil", changes={"limit.x": 1})
-
-
-def test_an_unknown_name_lists_the_known_ones():
-    with pytest.raises(ParameterError, match="audio.*voice-coil, or a TOML file, got 'nothing'"):
-        open_display("nothing")
-    with pytest.raises(DataError, match="nothing.toml"):
-        open_display("nothing.toml")

@@ -189,25 +189,3 @@ def test_the_octaves_tell_what_the_band_takes():
     assert rows[500.0]["rendered_db"] < rows[500.0]["wanted_db"] - 30
     assert rows[125.0]["reachable"]
     assert not rows[500.0]["reachable"]
-
-
-def test_a_signal_over_displacement_needs_a_speed():
-    x = np.sin(2 * np.pi * 2 * np.arange(400) / 20)  # 2 per mm over 20 mm
-    groove = Signal(x, 20, "m/s^2", domain="displacement")
-    with pytest.raises(ParameterError, match="needs speed_mm_s"):
-        fit(groove, coil(), level=parse_level("physical"))
-    drive = fit(groove, coil(), level=parse_level("physical"), speed_mm_s=50.0).signal
-    assert drive.seconds == pytest.approx(0.4)
-    spectrum = np.abs(np.fft.rfft(drive.samples[0] * np.hanning(len(drive))))
-    assert np.argmax(spectrum) / drive.seconds == pytest.approx(100, abs=2.5)
-    with pytest.raises(ParameterError, match="takes no speed"):
-        fit(texture(), coil(), level=parse_level("physical"), speed_mm_s=50.0)
-
-
-def test_gravity_is_taken_out_and_said_to_be():
-    signal = texture()
-    heavy = signal.with_samples(signal.samples + 9.81)
-    light, with_gravity = (fit(s, coil(dc=True), level=parse_level("gain=2")) for s in (signal, heavy))
-    np.testing.assert_allclose(with_gravity.signal.samples, light.signal.samples, atol=1e-4)
-    assert any("constant of up to 9.81 m/s^2" in line for line in with_gravity.report.scaled)
-    assert not any("constant" in line for line in light.report.scaled)

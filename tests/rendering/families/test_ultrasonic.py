@@ -7,10 +7,6 @@ from pydantic import ValidationError
 from tactogram.errors import ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
-from tactogram.rendering.drive.modulation import (
-    attained,
-    pre_emphasis,
-)
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.level import Level
 from tactogram.rendering.transducer.circuit import Transducer
@@ -70,25 +66,6 @@ def test_no_drive_exceeds_its_limit(seed, depth, q, pre, mapping, output, limit,
         assert drive.samples.min() >= 0
 
 
-@settings(max_examples=25)
-@given(q=st.floats(15, 800), cap=st.floats(6, 40), part=st.floats(0.05, 1))
-def test_pre_emphasis_comes_back_flat_to_the_reported_bandwidth(q, cap, part):
-    s = Settings(q=q, pre_emphasis=True, cap_db=cap, output="envelope")
-    rate = 48_000
-    flat, _ = attained(s.carrier_hz / (2 * q), cap_db=cap, highest_hz=1000)
-    # A slow tone and one up to the reported bandwidth, both whole numbers of periods in 0.2 s.
-    slow, fast = 10, max(15.0, 5 * np.floor(part * flat / 5))
-    both = Signal(tone(slow).samples + 0.3 * tone(fast).samples, 8000, "m/s^2")
-    drive, facts = modulated(both, s, rate=rate, fade_s=0)
-    heard = simulate_envelope(Transducer(q=q), drive).samples[0][-round(0.3 * rate) : -round(0.1 * rate)]
-    if fast <= facts["transducer"]["flat_to_hz"]:
-        ratio = amplitude(heard, fast, rate) / amplitude(heard, slow, rate)
-        assert 20 * np.log10(ratio / 0.3) == pytest.approx(0, abs=0.1)
-        assert amplitude(heard, slow, rate) == pytest.approx(
-            facts["carrier_v"] * facts["depth"] / facts["full_scale"], rel=5e-3
-        )
-
-
 def test_without_pre_emphasis_a_tone_at_the_cutoff_falls_by_3_db():
     s = Settings(q=100, output="envelope", depth=0.5)
     drive, facts = modulated(tone(141), s, rate=48_000, fade_s=0)
@@ -106,16 +83,6 @@ def test_the_reported_depth_is_that_which_arrives():
     depth = amplitude(heard, 500, 48_000) / facts["carrier_v"]
     assert facts["recovered_depth"] == pytest.approx(depth, rel=0.02)
     assert facts["recovered_depth"] == pytest.approx(1 / abs(1 + 500j / 141), rel=0.07)
-
-
-def test_a_cap_bounds_what_is_raised_and_the_bandwidth_says_so():
-    f = np.array([0, 10, 100, 1000.0])
-    h = pre_emphasis(f, cutoff_hz=47, cap_db=20)
-    np.testing.assert_allclose(np.abs(h), np.minimum(10, np.hypot(1, f / 47)))
-    flat, half = attained(47, cap_db=20, highest_hz=1000)
-    assert np.hypot(1, flat / 47) == pytest.approx(10)
-    assert 10 / np.hypot(1, half / 47) == pytest.approx(np.sqrt(0.5))
-    assert attained(470, cap_db=20, highest_hz=1000) == (1000, 1000)
 
 
 def test_more_than_full_scale_is_refused_with_how_much():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
-from tactogram.rendering.files import check_file, haptic_formats, read_haptic, write_haptic
+from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Part, Transient
 from tactogram.signal import Signal
@@ -70,37 +70,6 @@ def test_a_curve_of_20_points_is_read_and_written_in_shorter_ones(tmp_path):
         len(one["ParameterCurve"]["ParameterCurveControlPoints"]) for one in curves if "ParameterCurve" in one
     ]
     assert max(lengths) <= 16
-
-
-def test_what_decays_dies_away_and_what_overlaps_is_no_weaker():
-    decay = read_haptic(CASES / "ahap_decay-decay.ahap").events.joined
-    assert decay.at(np.array([0.0, 0.31, 0.9])) == pytest.approx([1, 0, 0], abs=0.01)
-    overlap = read_haptic(CASES / "ahap_overlap-overlap.ahap").events.joined
-    assert overlap.at(np.array([0.2, 0.5, 0.8])) == pytest.approx([0.64, 0.646, 0.64], abs=0.001)
-
-
-@pytest.mark.parametrize(
-    ("name", "warning"),
-    [
-        (
-            "haptic_frequency_past_end-clip.haptic",
-            "frequency breakpoints must be within the amplitude envelope",
-        ),
-        ("haptic_version_major_only-clip.haptic", "version must have a minor and a patch: taken as 0"),
-    ],
-)
-def test_what_players_accept_is_valid_with_a_warning(name, warning):
-    found = check_file(CASES / name)
-    assert (found["valid"], found["problems"], len(found["warnings"])) == (True, [], 1)
-    assert found["warnings"][0].startswith(warning)
-    assert read_haptic(CASES / name).events.seconds == 1.0
-
-
-def test_a_text_with_a_mark_or_in_utf_16_is_read(tmp_path):
-    text = (CASES / "haptic_version_major_only-clip.haptic").read_text()
-    for encoding in ("utf-8-sig", "utf-16"):
-        (tmp_path / "x.haptic").write_text(text, encoding=encoding)
-        assert len(read_haptic(tmp_path / "x.haptic").events.transients) == 1
 
 
 def test_a_sound_above_1_khz_is_not_praised(tmp_path):

@@ -5,7 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from tactogram.rendering.streaming.engine import Engine
 from tactogram.rendering.streaming.motion import MotionSample
+from tactogram.rendering.streaming.recorded_motion import SimulatedHand
+from tactogram.rendering.streaming.texture_table import TextureTable
+from tactogram.rendering.streaming.textures import AutoregressiveTexture
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.texture_map import TextureMap
 
@@ -80,3 +84,25 @@ def resonance_fixture():
 @pytest.fixture(scope="session")
 def sloping():
     return sloping_map()
+
+
+@pytest.fixture(scope="session")
+def table(sloping):
+    return TextureTable(sloping)
+
+
+@pytest.fixture(name="texture")
+def texture_fixture(table):
+    def make(name="slope", seed=0):
+        return AutoregressiveTexture(name, table, rate=RATE, most=MOST, seed=seed)
+
+    return make
+
+
+@pytest.fixture(name="engine", scope="session")
+def engine_fixture(table):
+    def make(motion=None, *, count=1, rate=RATE, most=MOST):
+        textures = [AutoregressiveTexture(f"t{n}", table, rate=rate, most=most, seed=n) for n in range(count)]
+        return Engine(textures, motion or SimulatedHand(3, seed=0), rate=rate, most=most)
+
+    return make

@@ -2,10 +2,8 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from tactogram.rendering.streaming.finger_path import FingerTracker
 from tactogram.rendering.streaming.motion import FingerState, MotionSample
 
 NAN = math.nan
@@ -126,67 +124,3 @@ def test_silence_is_a_lost_connection_once():
     assert finger.is_lost(0.3)
     assert finger.counts.lost_connections == 1
     assert not finger.touching
-
-
-def follow(script, seconds, *, rate=8000.0, most=40):
-    finger, follower = FingerState(), FingerTracker(rate, most)
-    kept = {name: [] for name in ("x_mm", "speed_mm_s", "contact", "movement", "path_mm")}
-    states = []
-    for block in range(round(seconds * rate / most)):
-        now = block * most / rate
-        for sample in script.poll(now):
-            finger.update(sample, now)
-        motion = follower.follow(finger, now, most)
-        states.append(follower.state)
-        for name, values in kept.items():
-            values.append(getattr(motion, name)[:most].copy())
-    return {name: np.concatenate(values) for name, values in kept.items()}, states
-
-
-def test_the_follower_is_where_the_finger_is(script):
-    found, _ = follow(script(lambda t: 80 * math.sin(2 * t), rate=250.0), 3.0)
-    t = (np.arange(len(found["x_mm"])) + 1) / 8000
-    later = t > 0.2
-    assert np.abs(found["x_mm"] - 80 * np.sin(2 * t))[later].max() < 0.6
-    assert np.abs(found["speed_mm_s"] - np.abs(160 * np.cos(2 * t)))[later].max() < 12
-
-
-def test_place_and_speed_have_no_jump_though_positions_come_in_steps(script):
-    found, _ = follow(script(lambda t: 80 * math.sin(2 * t), rate=60.0), 2.0)
-    acceleration = np.abs(np.diff(found["speed_mm_s"])) * 8000
-    assert acceleration[2000:].max() < 20_000  # mm/s^2: 2.5 mm/s from sample to sample
-    assert np.abs(np.diff(found["x_mm"]))[2000:].max() < 250 / 8000
-
-
-def test_rest_landing_and_lift_are_states_with_ramps(script):
-    def place(t):
-        return 100 * max(0.0, t - 0.2) if t < 0.5 else 30.0
-
-    force = lambda t: 0.5 if 0.1 < t < 0.8 else 0.0  # noqa: E731
-    found, states = follow(script(place, force), 1.0)
-    assert [states[int(t / 0.005)] for t in (0.05, 0.18, 0.4, 0.7, 0.95)] == [
-        "air",
-        "rest",
-        "slide",
-        "rest",
-        "air",
-    ]
-    assert np.abs(np.diff(found["contact"])).max() < 0.07
-    assert np.abs(np.diff(found["movement"])).max() < 0.07
-    assert (found["contact"][-1], found["movement"][-1]) == (0, 0)
-
-
-def test_a_finger_that_lands_elsewhere_makes_no_stroke_there(script):
-    place = lambda t: 10.0 if t < 0.5 else 200.0  # noqa: E731
-    force = lambda t: 0.0 if 0.3 < t < 0.7 else 0.5  # noqa: E731
-    found, _ = follow(script(place, force), 1.0)
-    assert (found["speed_mm_s"] * found["contact"]).max() < 1
-    assert found["x_mm"][-1] == pytest.approx(200, abs=0.01)
-
-
-def test_a_jump_while_touching_fades_before_it_goes_there(script):
-    found, _ = follow(script(lambda t: 10.0 if t < 0.5 else 200.0), 1.0)
-    assert (found["speed_mm_s"] * found["contact"]).max() < 5
-    assert found["contact"].min() == 0
-    assert found["contact"][-1] == 1
-    assert found["x_mm"][-1] == pytest.approx(200, abs=0.01)

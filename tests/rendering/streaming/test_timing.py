@@ -1,8 +1,9 @@
 """Blocks start regularly even if a device requests them irregularly."""
 
 import numpy as np
+import pytest
 
-from tactogram.rendering.streaming.timing import BlockClock
+from tactogram.rendering.streaming.timing import BlockClock, Durations
 
 LENGTH = 0.005
 
@@ -39,3 +40,14 @@ def test_a_clock_that_runs_fast_is_followed():
 def test_after_a_standstill_it_begins_anew():
     asked = LENGTH * np.arange(400) + np.where(np.arange(400) < 200, 0, 0.3)
     np.testing.assert_allclose(begun(asked), asked, atol=1e-9)
+
+
+def test_durations_have_quantiles_to_a_percent():
+    durations = Durations()
+    values = np.exp(np.random.default_rng(0).normal(-7, 1, 5000))
+    for value in values:
+        durations.add(float(value))
+    for share in (0.5, 0.99):
+        assert durations.quantile(share) == pytest.approx(np.quantile(values, share), rel=0.02)
+    assert durations.facts()["max_ms"] == pytest.approx(1e3 * values.max())
+    assert Durations().facts()["p50_ms"] is None

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.rendering.transducer.admittance import MeasuredAdmittance, MeasurementTiming, ProbeSettings
+from tactogram.rendering.transducer.admittance import (
+    MeasuredAdmittance,
+    MeasurementTiming,
+    ProbeSettings,
+    lock_in,
+)
 from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
 from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
@@ -95,3 +100,12 @@ def test_what_cannot_be_measured_is_one_line():
         ParameterError, match="10000 samples/s are too few; a carrier of 28000 Hz needs 61600"
     ):
         measuring(bench(rate=10_000))(28_000)
+
+
+def test_a_lock_in_measures_the_admittance_of_samples():
+    rate, f, y = 1_000_000, 28_200, 0.01 - 0.002j
+    t = np.arange(5000) / rate
+    v, i = np.cos(2 * np.pi * f * t), np.real(y * np.exp(2j * np.pi * f * t))
+    assert lock_in(v, i, rate=rate, frequency_hz=f) == pytest.approx(y, rel=1e-4)
+    with pytest.raises(ParameterError, match="no voltage at 28200 Hz"):
+        lock_in(np.zeros(5000), i, rate=rate, frequency_hz=f)

@@ -4,9 +4,7 @@ from benchmarks.experiments.simulated_transducer import demodulated, simulate_en
 from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import DataError, ParameterError, UnitError
-from tactogram.rendering.transducer.admittance import lock_in
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer, fitted_transducer, read_sweep
-from tactogram.rendering.transducer.simulation import TransducerSimulation
 from tactogram.signal import Signal
 
 # L1 mH, C1 pF, f_p Hz, k_eff, M, maximum of |Y| below f_s in Hz, envelope's cut-off in Hz: by formula.
@@ -145,41 +143,6 @@ def test_a_waveform_comes_back_as_its_envelope_does():
     np.testing.assert_allclose(
         heard.samples[0, 20_000:-20_000], simulate_envelope(t, e).samples[0, 20_000:-20_000], atol=4e-3
     )
-
-
-def test_blocks_change_nothing():
-    random = np.random.default_rng(1)
-    v = random.uniform(0, 1, 500)
-    whole = TransducerSimulation(PRESETS["finger"], rate=20_000, carrier_hz=28_180).process(v)
-    one = TransducerSimulation(PRESETS["finger"], rate=20_000, carrier_hz=28_180)
-    parts = [one.process(piece) for piece in np.split(v, [1, 7, 100, 333])]
-    for k in (0, 1):
-        np.testing.assert_allclose(np.concatenate([part[k] for part in parts]), whole[k], atol=1e-12)
-
-
-def test_a_settled_carrier_draws_the_admittance():
-    t = PRESETS["plate"]
-    motional, whole = TransducerSimulation(t, rate=10_000, carrier_hz=28_230).process(np.full(2000, 2.0))
-    assert whole[-1] / 2 == pytest.approx(complex(t.admittance(28_230)), rel=1e-6)
-    assert motional[-1] / 2 == pytest.approx(complex(t.motional_admittance(28_230)), rel=1e-6)
-
-
-def test_nothing_jumps_when_the_resonance_does():
-    simulated = TransducerSimulation(PRESETS["plate"], rate=48_000, carrier_hz=28_200)
-    before, _ = simulated.process(np.ones(4000))
-    simulated.change(transducer=PRESETS["plate"].shifted(40))
-    after, _ = simulated.process(np.ones(4000))
-    assert abs(after[0] - before[-1]) < 0.02 * abs(before[-1])
-    assert abs(after[-1]) < 0.8 * abs(before[-1])
-
-
-def test_a_lock_in_measures_the_admittance_of_samples():
-    rate, f, y = 1_000_000, 28_200, 0.01 - 0.002j
-    t = np.arange(5000) / rate
-    v, i = np.cos(2 * np.pi * f * t), np.real(y * np.exp(2j * np.pi * f * t))
-    assert lock_in(v, i, rate=rate, frequency_hz=f) == pytest.approx(y, rel=1e-4)
-    with pytest.raises(ParameterError, match="no voltage at 28200 Hz"):
-        lock_in(np.zeros(5000), i, rate=rate, frequency_hz=f)
 
 
 def test_a_drive_not_in_volts_is_refused():

@@ -1,4 +1,4 @@
-"""Comparison of a generator with its floor, its ceiling and the baselines; descriptions of all its measures."""
+"""Comparison of a generator with floor, ceiling and baselines; its measures, and the pieces that are compared."""
 
 from __future__ import annotations
 
@@ -24,6 +24,10 @@ Tables = dict[str, dict[str, dict[str, float | None]]]
 Row = Mapping[str, float | None]
 Verdict = Literal["floor", "between", "beyond", "undecided"]
 """At the floor or better; between floor and ceiling; beyond the ceiling; the measure does not separate materials."""
+LONGEST_S, SHORTEST_S = 2.0, 1.0
+"""Limits of a piece's length, s. Recordings below the lower limit are left out where every material has longer ones."""
+MOST_PIECES = 12
+"""Pieces per material and set: bounds the time that an evaluation takes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,12 +223,6 @@ def describe_measures() -> dict[str, MeasureInfo]:
         for name, measure in signal_measures().items()
     }
     return signals | {**EMBEDDING_MEASURES, **CLASSIFIER_MEASURES, **MEMORY_MEASURES}
-
-
-LONGEST_S, SHORTEST_S = 2.0, 1.0
-"""Limits of a piece's length, s. Recordings below the lower limit are left out where every material has longer ones."""
-MOST_PIECES = 12
-"""Pieces per material and set: bounds the time that an evaluation takes."""
 
 
 @dataclass(frozen=True, eq=False)

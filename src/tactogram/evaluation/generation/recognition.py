@@ -23,6 +23,9 @@ from tactogram.evaluation.measures import Classify, Fit, nearness
 from tactogram.model import Model
 from tactogram.signal import Signal
 
+SNIPPET_S = 0.5
+"""Length of the beginning of each piece that is compared with the training data, s."""
+
 
 def measure_classification(
     classifier: Model, cut: Mapping[str, Mapping[str, PieceSet]]
@@ -79,10 +82,6 @@ def measure_transfer(fit: Fit, cut: Mapping[str, Mapping[str, PieceSet]]) -> Tab
 
 def _chance(materials: int) -> dict[str, float | None]:
     return {CEILING: 1 / materials, NEAREST: None}
-
-
-SNIPPET_S = 0.5
-"""Length of the beginning of each piece that is compared with the training data, s."""
 
 
 def measure_memorisation(

@@ -1,4 +1,4 @@
-"""Measures of two sets of signals, found by looking into the folder ``distances`` and further ones."""
+"""Measures of two sets of signals, found in the folder ``distances`` and further ones, and the sets they take."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ MEASURES = PluginGroup(
     "measure", "tactogram.evaluation.measures.distances", "tactogram.measures", "TACTOGRAM_MEASURES"
 )
 """Modules with a ``MEASURE``, a `Measure`."""
+CHUNK_SAMPLES = 2**21
+"""Maximum number of samples transformed at once, which bounds memory for any size of set."""
 
 
 class SignalMeasure(Protocol):
@@ -57,10 +59,6 @@ def signal_measures() -> dict[str, Measure]:
     """
     measures = [MEASURES.definition(name, "MEASURE", Measure) for name in MEASURES.names()]
     return {measure.name: measure for measure in sorted(measures, key=lambda m: (m.rank, m.name))}
-
-
-CHUNK_SAMPLES = 2**21
-"""Maximum number of samples transformed at once, which bounds memory for any size of set."""
 
 
 def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = None) -> list[Signal]:

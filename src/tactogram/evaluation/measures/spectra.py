@@ -1,4 +1,4 @@
-"""Power spectra of sets of signals.
+"""Spectra of sets of signals: power, in bands as they are felt, and modulation of envelopes.
 
 Two textures of one spectrum feel different when one is even and the other comes in bursts, ridges or slips. A
 power spectrum cannot show that; the spectrum of an envelope can.
@@ -29,6 +29,30 @@ BAND_HZ = (10.0, 1000.0)
 
 SILENT = 1e-30
 """Power that replaces zero in logarithms."""
+MODULATION_HZ = (2.0, 100.0)
+"""Slower is how the hand moves, faster is felt as frequency rather than fluctuation."""
+WINDOW_S = 1.0
+"""Length of the Hann windows that an envelope's spectrum is averaged over, s. Shorter signals shorten the window to
+their length, and the slowest modulation included is then 2 / length."""
+SHORTEST_S = 0.5
+"""Minimum length of signals, s."""
+MODULATION_FLOOR_DB = -40.0
+"""Less modulation in a band counts as this: a depth of 1.4 %, which nobody feels."""
+THRESHOLD_UNITS = ("m", "m/s", "m/s^2")
+"""Units with a known detection threshold."""
+FELT_LIKE = {"N": "m", "V": "m/s^2", "1": "m/s^2"}
+"""Units without a threshold of their own, and the unit whose threshold curve they borrow: its shape, not its level.
+
+Skin is elastic below some 100 Hz, so force follows displacement; the sound of a surface follows its
+acceleration, and so do most sensors that give volts or counts."""
+FELT_RANGE_DB = 50.0
+"""Bands farther than this below the strongest are not counted, whatever the unit. About the range from
+the threshold to the unpleasant, which is general knowledge of the field and was not checked in a source."""
+UNCERTAIN_DB = 20.0
+"""By how much people and contactors may be more sensitive than the threshold curve: some people feel a grasped cylinder
+at a tenth of its minimum (see `tactogram.signal.perception`)."""
+DRIFT_HZ = 10.0
+"""Slower components are movement and drift and would outweigh the vibration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,20 +101,6 @@ def check_band(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDA
             f"band must hold a frequency below {frequency[-1]:g} Hz, got {band[0]:g} {band[1]:g} Hz"
         )
     return inside
-
-
-MODULATION_HZ = (2.0, 100.0)
-"""Slower is how the hand moves, faster is felt as frequency rather than fluctuation."""
-
-WINDOW_S = 1.0
-"""Length of the Hann windows that an envelope's spectrum is averaged over, s. Shorter signals shorten the window to
-their length, and the slowest modulation included is then 2 / length."""
-
-SHORTEST_S = 0.5
-"""Minimum length of signals, s."""
-
-MODULATION_FLOOR_DB = -40.0
-"""Less modulation in a band counts as this: a depth of 1.4 %, which nobody feels."""
 
 
 def envelopes(
@@ -149,27 +159,6 @@ def mean_modulation_db(power: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the mean over signals in dB, at least `MODULATION_FLOOR_DB`, shape (axis, band)."""
     floor = 10 ** (MODULATION_FLOOR_DB / 10)
     return np.asarray(np.mean(10 * np.log10(np.maximum(power, floor)), axis=0))
-
-
-THRESHOLD_UNITS = ("m", "m/s", "m/s^2")
-"""Units with a known detection threshold."""
-
-FELT_LIKE = {"N": "m", "V": "m/s^2", "1": "m/s^2"}
-"""Units without a threshold of their own, and the unit whose threshold curve they borrow: its shape, not its level.
-
-Skin is elastic below some 100 Hz, so force follows displacement; the sound of a surface follows its
-acceleration, and so do most sensors that give volts or counts."""
-
-FELT_RANGE_DB = 50.0
-"""Bands farther than this below the strongest are not counted, whatever the unit. About the range from
-the threshold to the unpleasant, which is general knowledge of the field and was not checked in a source."""
-
-UNCERTAIN_DB = 20.0
-"""By how much people and contactors may be more sensitive than the threshold curve: some people feel a grasped cylinder
-at a tenth of its minimum (see `tactogram.signal.perception`)."""
-
-DRIFT_HZ = 10.0
-"""Slower components are movement and drift and would outweigh the vibration."""
 
 
 def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float64]:

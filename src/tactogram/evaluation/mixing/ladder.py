@@ -27,6 +27,8 @@ MODES = {
     "add": "the start keeps the weight 1 and the end is added",
 }
 """The two ways of mixing labels (Saga et al. 2020, Sec. V)."""
+MARKERS = "s^vDP*"
+"""One per axis, so that lines are distinguishable without colour."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,10 +123,6 @@ class MixSeries:
                 *(ReportSound(signal, self.caption(k)) for k, signal in enumerate(self.shown)),
             ],
         )
-
-
-MARKERS = "s^vDP*"
-"""One per axis, so that lines are distinguishable without colour."""
 
 
 def mixing_figure(

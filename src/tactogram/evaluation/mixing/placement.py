@@ -1,4 +1,4 @@
-"""Placement of a mix's steps between its ends: position, distance from the line, order against chance."""
+"""Placement of a mix's steps between its ends, by texture features: position, distance, order against chance."""
 
 from __future__ import annotations
 
@@ -37,6 +37,14 @@ FIGURES = (
 )
 OVERALL = "overall"
 """Name of the column for all axes together."""
+SEGMENT_S = 0.5
+"""Length of the segments of a spectrum, s: bins of 2 Hz, about one in the narrowest band."""
+CARRIERS_HZ = ((20.0, 100.0), (100.0, 1000.0))
+"""Bands whose envelopes are computed: roughly those of the rapidly adapting and the Pacinian channel."""
+MODULATIONS_HZ = (2.0, 4.0, 8.0, 16.0, 32.0)
+"""Octave bands of the envelopes."""
+POWER_FLOOR, DEPTH_FLOOR = 1e-14, 1e-5
+"""Added to powers (unit²) and to modulation (a share of the mean, squared), so that silence has a level."""
 
 
 class IndistinctEndsError(ParameterError):
@@ -311,16 +319,6 @@ def _tau(position: Array) -> Array:
     one, other = np.triu_indices(position.shape[1], k=1)
     tau: Array = np.sign(position[:, other] - position[:, one]).mean(axis=1)
     return tau
-
-
-SEGMENT_S = 0.5
-"""Length of the segments of a spectrum, s: bins of 2 Hz, about one in the narrowest band."""
-CARRIERS_HZ = ((20.0, 100.0), (100.0, 1000.0))
-"""Bands whose envelopes are computed: roughly those of the rapidly adapting and the Pacinian channel."""
-MODULATIONS_HZ = (2.0, 4.0, 8.0, 16.0, 32.0)
-"""Octave bands of the envelopes."""
-POWER_FLOOR, DEPTH_FLOOR = 1e-14, 1e-5
-"""Added to powers (unit²) and to modulation (a share of the mean, squared), so that silence has a level."""
 
 
 def texture_features(signals: Sequence[Signal], *, level: bool = True) -> NDArray[np.float64]:

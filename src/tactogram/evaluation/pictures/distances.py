@@ -44,6 +44,12 @@ MOST_PSNR_DB = 100.0
 
 PictureMeasure = Callable[[Tensor, Tensor], float]
 """Measure of equally many real and generated pictures."""
+_Groups = Mapping[tuple[str, ...], Callable[[], tuple[PictureMeasure, ...]]]
+Distance = Callable[[Tensor, Tensor], Tensor]
+COLLAPSED = 0.1
+"""Share of the spread of real images below which generated images count as equal. Ours."""
+Images = NDArray[np.float32]
+"""Shape (image, 3, row, column), -1 to 1."""
 
 
 @dataclass(frozen=True)
@@ -146,9 +152,6 @@ class ImageQuality:
             return {name: float(measure(self.real, made)) for name, measure in self._measures.items()}
 
 
-_Groups = Mapping[tuple[str, ...], Callable[[], tuple[PictureMeasure, ...]]]
-
-
 def _available(groups: _Groups) -> tuple[dict[str, PictureMeasure], dict[str, str]]:
     """Return the measures whose libraries and weights are present, and the reasons why the others are missing."""
     measures: dict[str, PictureMeasure] = {}
@@ -187,9 +190,6 @@ def _classic() -> tuple[PictureMeasure, ...]:
     return psnr, ssim
 
 
-Distance = Callable[[Tensor, Tensor], Tensor]
-
-
 @dataclass(frozen=True)
 class PictureChoice:
     """Distance by which weights are chosen."""
@@ -219,13 +219,6 @@ def picture_choice(by: DistanceName, weights: str = "") -> PictureChoice:
         else:
             return PictureChoice("lpips", lambda made, real: network(real, made).mean())
     return PictureChoice("row_statistics", row_statistics_distance, note)
-
-
-COLLAPSED = 0.1
-"""Share of the spread of real images below which generated images count as equal. Ours."""
-
-Images = NDArray[np.float32]
-"""Shape (image, 3, row, column), -1 to 1."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Figures of pictures of touch: real and generated pictures, attention maps, and the worst cases."""
+"""Figures of pictures of touch (real, generated, attention, the worst), and of generated images and trade-offs."""
 
 from __future__ import annotations
 

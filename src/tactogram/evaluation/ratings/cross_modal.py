@@ -24,6 +24,9 @@ from tactogram.statistics.groups import GroupSummary, holm, nan_mean, summary
 Array = NDArray[np.float64]
 ALPHA = 0.01
 """Sec. III-B: "at the 1% significance level"."""
+COLOURS = {"first": "0.55", "second": "tab:blue", "weights": "tab:orange"}
+STARS = ((0.01, "**"), (0.05, "*"))
+"""As in the paper's captions."""
 
 
 def errors_of(
@@ -130,11 +133,6 @@ def compare_cross_modal(
 def _given(errors: Array) -> Array:
     values: Array = errors[~np.isnan(errors)]
     return values
-
-
-COLOURS = {"first": "0.55", "second": "tab:blue", "weights": "tab:orange"}
-STARS = ((0.01, "**"), (0.05, "*"))
-"""As in the paper's captions."""
 
 
 def stars(p: float) -> str:

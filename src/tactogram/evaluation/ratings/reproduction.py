@@ -3,15 +3,15 @@
 Rated items are called ``CONDITION/TARGET``, such as ``D/plate03``. Raters are people, simulated people, or a
 rater model, which counts as one rater.
 
-References
-----------
-[1] Hatori, K. & Takemura, K. (2023). Conditional generative adversarial network-based tactile stimulus generation for
-    ultrasonic tactile display. IEEE Access.
-
 The error alone says little, since scores near the middle have a small error for any label. So it is complemented by the
 error of the same scores against other labels, and by correlation and slope of single scores over labels, without each
 word's mean. Means over noises would hide that a generator almost ignores its label: a tiny shift in every image, which
 nobody would see, gives a high correlation of means.
+
+References
+----------
+[1] Hatori, K. & Takemura, K. (2023). Conditional generative adversarial network-based tactile stimulus generation for
+    ultrasonic tactile display. IEEE Access.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ STRAIGHT = "sensor"
 """Condition without a model: the sensor's signal as the drive. Sec. V-A."""
 NEAREST = "nearest"
 """Our condition: the display signal with mean scores nearest to the surface's, which a model must outperform."""
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +147,6 @@ def _pairs(test: Any, groups: Mapping[str, Floats]) -> list[dict[str, Any]] | No
         }
         for pair in found.pairs
     ]
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

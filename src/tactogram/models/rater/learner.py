@@ -139,9 +139,6 @@ class RaterLearner(Model):
         return self.images([content])
 
 
-build = RaterLearner
-
-
 def content_of(example: Rateable) -> Signal | Image:
     """Return the rated signal or image of an example."""
     return example.image if isinstance(example, ImageExample) else example.signal
@@ -183,3 +180,6 @@ def _rating_statistics(
         np.sqrt(within),
         weights / weights.mean(),
     )
+
+
+build = RaterLearner

@@ -1,4 +1,4 @@
-"""Training of a Residue-Fusion GAN as Neshov et al. 2026, Sec. 2, describe it; from a photograph to a signal."""
+"""Networks and training of a Residue-Fusion GAN as in Neshov et al. 2026, Sec. 2; from a photograph to a signal."""
 
 from __future__ import annotations
 
@@ -19,6 +19,41 @@ from tactogram.nn.trunks import OMITTED, PerceptualLoss
 from tactogram.nn.unet import UNet
 from tactogram.signal import Image
 from tactogram.training.picture_learner import VARIATION, PictureLearner
+
+
+class ResidueFusion(nn.Module):
+    """Addition of two convolutions of the generator's narrowest features and a classifier's maps to these features.
+
+    ``width`` are the channels of the generator's features, ``features`` those of the classifier's maps.
+    """
+
+    def __init__(self, width: int, features: int) -> None:
+        super().__init__()
+        self.narrow = nn.Conv2d(features, width, 1)
+        self.fuse = nn.Conv2d(2 * width, width, 3, padding=1)
+        self.residue = nn.Conv2d(width, width, 3, padding=1)
+
+    def forward(self, x: Tensor, maps: Tensor) -> Tensor:
+        """Return features of the shape of ``x``, (batch, width, row, column); ``maps`` may have any size."""
+        maps = F.adaptive_avg_pool2d(self.narrow(maps), (x.shape[-2], x.shape[-1]))  # B, W, R, C
+        residue = self.residue(F.relu(self.fuse(torch.cat((x, maps), 1))))  # B, W, R, C
+        fused: Tensor = x + residue
+        return fused
+
+
+def generator(config: Config, features: int) -> UNet:
+    """Return the U-Net with the fusion at its bottleneck; ``features`` are the channels of the classifier's maps."""
+    width = config.widths[-1]
+    network = UNet(into=1, out=1, widths=config.widths, bottleneck=ResidueFusion(width, features))
+    normal_(network, config.gain)
+    return network
+
+
+def discriminator(config: Config) -> PatchDiscriminator:
+    """Return the critic: one PatchGAN without batch normalisation, which would couple the penalties of a batch."""
+    network = PatchDiscriminator(into=2, layers=config.layers, width=config.width, norm="instance")
+    normal_(network, config.gain)
+    return network
 
 
 class ResidueFusionLearner(PictureLearner[Config]):
@@ -101,38 +136,3 @@ class ResidueFusionLearner(PictureLearner[Config]):
 
 
 build = ResidueFusionLearner
-
-
-class ResidueFusion(nn.Module):
-    """Addition of two convolutions of the generator's narrowest features and a classifier's maps to these features.
-
-    ``width`` are the channels of the generator's features, ``features`` those of the classifier's maps.
-    """
-
-    def __init__(self, width: int, features: int) -> None:
-        super().__init__()
-        self.narrow = nn.Conv2d(features, width, 1)
-        self.fuse = nn.Conv2d(2 * width, width, 3, padding=1)
-        self.residue = nn.Conv2d(width, width, 3, padding=1)
-
-    def forward(self, x: Tensor, maps: Tensor) -> Tensor:
-        """Return features of the shape of ``x``, (batch, width, row, column); ``maps`` may have any size."""
-        maps = F.adaptive_avg_pool2d(self.narrow(maps), (x.shape[-2], x.shape[-1]))  # B, W, R, C
-        residue = self.residue(F.relu(self.fuse(torch.cat((x, maps), 1))))  # B, W, R, C
-        fused: Tensor = x + residue
-        return fused
-
-
-def generator(config: Config, features: int) -> UNet:
-    """Return the U-Net with the fusion at its bottleneck; ``features`` are the channels of the classifier's maps."""
-    width = config.widths[-1]
-    network = UNet(into=1, out=1, widths=config.widths, bottleneck=ResidueFusion(width, features))
-    normal_(network, config.gain)
-    return network
-
-
-def discriminator(config: Config) -> PatchDiscriminator:
-    """Return the critic: one PatchGAN without batch normalisation, which would couple the penalties of a batch."""
-    network = PatchDiscriminator(into=2, layers=config.layers, width=config.width, norm="instance")
-    normal_(network, config.gain)
-    return network

@@ -30,6 +30,10 @@ from tactogram.training.seeds import torch_seeded
 
 LARGEST_GRADIENT = 1.0
 """Norm that gradients are limited to."""
+Velocity = Callable[[Tensor, Tensor], Tensor]
+"""Maps values, (batch, …), and times, (batch,), to velocities, (batch, …)."""
+DENSITY = 1.5
+"""Exponent of the times of the solver's steps: above 1 they are denser near the noise, where paths bend most."""
 
 
 class FlowModel:
@@ -177,12 +181,6 @@ def guided(network: nn.Module, label: Tensor, strength: float) -> Velocity:
         return free + strength * (found - free)
 
     return velocity
-
-
-Velocity = Callable[[Tensor, Tensor], Tensor]
-"""Maps values, (batch, …), and times, (batch,), to velocities, (batch, …)."""
-DENSITY = 1.5
-"""Exponent of the times of the solver's steps: above 1 they are denser near the noise, where paths bend most."""
 
 
 def flow_loss(velocity: Velocity, data: Tensor) -> Tensor:

@@ -34,6 +34,53 @@ MATCHED = 12
 """Most recordings of a material that bands are matched to."""
 
 
+class ConditionalBatchNorm(nn.Module):
+    """``gamma(y) (x - mu) / sigma + beta(y)`` with ``gamma(y) = y Wg + bg`` and ``beta(y) = y Wb + bb``.
+
+    mu and sigma are those of each channel over the batch and all places; in use, the running ones of training.
+    ``channels`` is the paper's F, ``labels`` its C. Initial weights of the label are from N(0, ``gain``), bg = 1 and
+    bb = 0: with a small gain it starts as plain batch normalisation.
+    """
+
+    def __init__(self, channels: int, labels: int, *, gain: float = 0.02) -> None:
+        super().__init__()
+        self.norm = nn.BatchNorm2d(channels, affine=False)
+        self.scale = nn.Linear(labels, channels)
+        self.shift = nn.Linear(labels, channels)
+        nn.init.normal_(self.scale.weight, 0, gain)
+        nn.init.ones_(self.scale.bias)
+        nn.init.normal_(self.shift.weight, 0, gain)
+        nn.init.zeros_(self.shift.bias)
+
+    def forward(self, x: Tensor, label: Tensor) -> Tensor:
+        """Return ``x``, (batch, channel, row, column), normalised, scaled and shifted.
+
+        ``label``, (batch, C), is one-hot, or weights of several classes, of which scale and shift are weighted means.
+        """
+        gamma, beta = self.scale(label), self.shift(label)  # B, F
+        normal: Tensor = self.norm(x)
+        return torch.addcmul(beta[..., None, None], gamma[..., None, None], normal)
+
+
+def generator(config: Config, labels: int) -> UNet:
+    """Return the U-Net: (batch, 1, 256, 256) down to (batch, 512, 1, 1) and back up; ``labels`` is the paper's C."""
+    bottleneck = None
+    if config.conditional:
+        bottleneck = ConditionalBatchNorm(config.widths[-1], labels, gain=config.label_gain)
+    network = UNet(into=1, out=1, widths=config.widths, bottleneck=bottleneck)
+    normal_(network, config.gain)
+    return network
+
+
+def discriminator(config: Config) -> nn.Module:
+    """Return the PatchGANs, each at half the resolution of the last, of photograph and picture as channels."""
+    network = MultiScaleDiscriminator(
+        count=config.discriminators, into=2, layers=config.layers, width=config.width
+    )
+    normal_(network, config.gain)
+    return network
+
+
 class VisualTactileLearner(PictureLearner[Config]):
     """Photograph to spectrogram picture, conditioned on the predicted material of the surface."""
 
@@ -185,50 +232,3 @@ class VisualTactileLearner(PictureLearner[Config]):
 
 
 build = VisualTactileLearner
-
-
-class ConditionalBatchNorm(nn.Module):
-    """``gamma(y) (x - mu) / sigma + beta(y)`` with ``gamma(y) = y Wg + bg`` and ``beta(y) = y Wb + bb``.
-
-    mu and sigma are those of each channel over the batch and all places; in use, the running ones of training.
-    ``channels`` is the paper's F, ``labels`` its C. Initial weights of the label are from N(0, ``gain``), bg = 1 and
-    bb = 0: with a small gain it starts as plain batch normalisation.
-    """
-
-    def __init__(self, channels: int, labels: int, *, gain: float = 0.02) -> None:
-        super().__init__()
-        self.norm = nn.BatchNorm2d(channels, affine=False)
-        self.scale = nn.Linear(labels, channels)
-        self.shift = nn.Linear(labels, channels)
-        nn.init.normal_(self.scale.weight, 0, gain)
-        nn.init.ones_(self.scale.bias)
-        nn.init.normal_(self.shift.weight, 0, gain)
-        nn.init.zeros_(self.shift.bias)
-
-    def forward(self, x: Tensor, label: Tensor) -> Tensor:
-        """Return ``x``, (batch, channel, row, column), normalised, scaled and shifted.
-
-        ``label``, (batch, C), is one-hot, or weights of several classes, of which scale and shift are weighted means.
-        """
-        gamma, beta = self.scale(label), self.shift(label)  # B, F
-        normal: Tensor = self.norm(x)
-        return torch.addcmul(beta[..., None, None], gamma[..., None, None], normal)
-
-
-def generator(config: Config, labels: int) -> UNet:
-    """Return the U-Net: (batch, 1, 256, 256) down to (batch, 512, 1, 1) and back up; ``labels`` is the paper's C."""
-    bottleneck = None
-    if config.conditional:
-        bottleneck = ConditionalBatchNorm(config.widths[-1], labels, gain=config.label_gain)
-    network = UNet(into=1, out=1, widths=config.widths, bottleneck=bottleneck)
-    normal_(network, config.gain)
-    return network
-
-
-def discriminator(config: Config) -> nn.Module:
-    """Return the PatchGANs, each at half the resolution of the last, of photograph and picture as channels."""
-    network = MultiScaleDiscriminator(
-        count=config.discriminators, into=2, layers=config.layers, width=config.width
-    )
-    normal_(network, config.gain)
-    return network

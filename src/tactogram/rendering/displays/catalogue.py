@@ -1,4 +1,4 @@
-"""Displays from TOML files: by name those that come with the package, by path any other."""
+"""Displays from TOML files, by name or path, and the families that drive them."""
 
 from __future__ import annotations
 

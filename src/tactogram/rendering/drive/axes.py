@@ -9,6 +9,9 @@ from tactogram.signal import Signal
 from tactogram.signal.filters import dft321
 
 WAYS = ("dft321", "mean", "channels")
+CHOICES = ("dft321", "mean")
+LOST_DB = 2.0
+"""Channels whose mean is that much weaker than they are on average are not of the same source. A choice."""
 
 
 def combined(signal: Signal, how: str) -> tuple[Signal, str]:
@@ -45,11 +48,6 @@ def combined(signal: Signal, how: str) -> tuple[Signal, str]:
         silent = np.vstack([signal.samples, np.zeros((1, len(signal)), np.float32)])
         signal = signal.with_samples(silent, axes=(*signal.axes, "none"))
     return dft321(signal), f"DFT321 of {count} axes: their energy at every frequency"
-
-
-CHOICES = ("dft321", "mean")
-LOST_DB = 2.0
-"""Channels whose mean is that much weaker than they are on average are not of the same source. A choice."""
 
 
 def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str | None]:

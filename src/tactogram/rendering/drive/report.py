@@ -1,4 +1,4 @@
-"""Fit report: what was scaled, what was clipped, and what the display cannot reach."""
+"""Fit report: what was scaled and clipped, what the display cannot reach, and levels by octave."""
 
 from __future__ import annotations
 
@@ -15,6 +15,9 @@ from tactogram.signal.signal import Signal
 
 SENTENCES = ("scaled", "clipped", "unreachable")
 """Keys of a family's facts that hold sentences."""
+Array = NDArray[np.float64]
+OCTAVES_HZ = (16.0, 31.5, 63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0)
+"""Centres, IEC 61260's nominal ones: from below the lowest felt vibration to above the highest."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +93,6 @@ def _in_words(facts: Mapping[str, Any]) -> str:
         f"{', '.join(facts['axes'])}; {facts['extent']:.4g} {over} at {facts['rate']:g} {per}; "
         f"peak {amount(facts['peak'], facts['unit'])}, rms {amount(facts['rms'], facts['unit'])}"
     )
-
-
-Array = NDArray[np.float64]
-
-OCTAVES_HZ = (16.0, 31.5, 63.0, 125.0, 250.0, 500.0, 1000.0, 2000.0)
-"""Centres, IEC 61260's nominal ones: from below the lowest felt vibration to above the highest."""
 
 
 def band_table(

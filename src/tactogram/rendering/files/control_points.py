@@ -38,6 +38,8 @@ CLOSE = 0.02
 CLOSE_OCTAVES = 0.1
 STEPS = round(SHORTEST_MS / 1e3 / STEP_S)
 """Points of the analysed envelope in the shortest line."""
+TAP_MS = 60
+"""Longest transient, ms: an eccentric motor has hardly shorter ones. A choice, for phones as for game pads."""
 
 
 @dataclass(frozen=True)
@@ -234,10 +236,6 @@ def _costs(amplitude: Line, hz: Line, grid: NDArray[np.int64]) -> Line:
         costs[begin, begin + steps] = error.sum(axis=1)
     costs[grid - grid[:, None] > LONGEST_MS] = np.inf
     return costs
-
-
-TAP_MS = 60
-"""Longest transient, ms: an eccentric motor has hardly shorter ones. A choice, for phones as for game pads."""
 
 
 @dataclass(frozen=True)

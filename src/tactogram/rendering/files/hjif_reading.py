@@ -62,6 +62,8 @@ REQUIRED = {
 }
 """Members that are required, and that can be done without."""
 _RENDER = "render the file to a WAV with the MPEG reference software's Synthesizer"
+TRANSIENT_S = 0.022
+"""Length of a transient, two periods of a sine, in the reference software."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,10 +202,6 @@ def _check_unique(nodes: list[Node], what: str) -> None:
     ids = [node.value.get("id") for node in nodes]
     if len({str(one) for one in ids}) < len(ids):
         nodes[0].notes.warn(f"each {what} must have a unique id", ids)
-
-
-TRANSIENT_S = 0.022
-"""Length of a transient, two periods of a sine, in the reference software."""
 
 
 def decode(document: Node) -> DecodedDocument:

@@ -9,6 +9,7 @@ miniaudio.
 from __future__ import annotations
 
 import gc
+import math
 import os
 import sys
 import threading
@@ -101,15 +102,16 @@ def clocked_blocks(
     """Yield each block when it is due, and that time.
 
     A block that is finished after the previous one has ended is an underrun; the missed time is skipped, without a
-    burst.
+    burst. The blocks in which the stream fades to rest are never skipped.
     """
     engine = stream.engine
     step, settling_s = engine.most / engine.rate, max(SETTLING_S, stream.ending_s)
+    fading = math.ceil(stream.ending_s / step)
     stream.ends_s = seconds
     with uninterrupted():
         clock.start()
         due, status_s = 0.0, 0.0
-        while due < seconds:
+        while due < seconds or fading > 0:
             try:
                 early = due - clock.now()
                 if early > 0:
@@ -119,6 +121,7 @@ def clocked_blocks(
             except KeyboardInterrupt:
                 stream.stop()
                 continue
+            fading -= stream.is_over or now >= stream.ends_s - stream.ending_s
             yield block, now
             end = clock.now()
             due += step

@@ -1,4 +1,4 @@
-"""Motion from a file and from a computer mouse."""
+"""Motion of a file, a computer mouse, and a simulated hand."""
 
 from __future__ import annotations
 
@@ -23,6 +23,18 @@ DENSE_S = 0.005
 """Longest time between two samples of a dense motion, s."""
 MICE = Path("/dev/input/mice")
 """Linux's device for the movements of all mice, three bytes each (PS/2): buttons and signs, right, up."""
+Array = NDArray[np.float64]
+UP_S = 0.08
+"""Time in which a finger lifts before it moves on, or comes down, s."""
+POSITION_RATE, FORCE_RATE = 250.0, 500.0
+"""Rates of the two sensors, Hz."""
+LENGTH_MM, DURATION_S = (40.0, 120.0), (0.4, 1.2)
+"""Of a stroke, which follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times
+its mean."""
+REST_S, LIFT_S, STROKES_BETWEEN_LIFTS = (0.02, 0.25), (0.15, 0.5), 3
+"""Every few strokes the finger lifts and lands elsewhere."""
+FORCE_N = 0.6
+"""Mean normal force while touching, which varies by about a third."""
 
 
 class MotionFile:
@@ -179,23 +191,6 @@ def mouse_step(packet: bytes) -> tuple[bool, int, int]:
     """Return whether the left button is down, and the counts right and up, from a PS/2 packet of three bytes."""
     head, right, up = packet
     return bool(head & 1), right - (256 if head & 0x10 else 0), up - (256 if head & 0x20 else 0)
-
-
-Array = NDArray[np.float64]
-
-UP_S = 0.08
-"""Time in which a finger lifts before it moves on, or comes down, s."""
-
-
-POSITION_RATE, FORCE_RATE = 250.0, 500.0
-"""Rates of the two sensors, Hz."""
-LENGTH_MM, DURATION_S = (40.0, 120.0), (0.4, 1.2)
-"""Of a stroke, which follows the path of least jerk (Flash & Hogan 1985): from rest to rest, its peak speed 1.875 times
-its mean."""
-REST_S, LIFT_S, STROKES_BETWEEN_LIFTS = (0.02, 0.25), (0.15, 0.5), 3
-"""Every few strokes the finger lifts and lands elsewhere."""
-FORCE_N = 0.6
-"""Mean normal force while touching, which varies by about a third."""
 
 
 class SimulatedHand:

@@ -1,6 +1,6 @@
-"""Autoregressive textures that follow speed and force within a block.
+"""Textures of a stream: surfaces over displacement, and autoregressive ones that follow speed and force.
 
-A `TextureTable` gives the parameters at the end of each block; within the block the ladder of
+Of the latter a `TextureTable` gives the parameters at the end of each block; within the block the ladder of
 `tactogram.signal.synthesis` goes from the previous ones to these, sample by sample.
 
 A pattern of k cycles per mm under a finger at v mm/s is felt at v k Hz. Greenspon et al. (2020) find in skin
@@ -38,6 +38,14 @@ CROSSFADE = 0.1
 """Share of a surface's length over which its end and its beginning are crossfaded."""
 MOST_NODES = 20_000_000
 """Largest table, nodes of all copies and axes: 80 MB."""
+Array = NDArray[np.float64]
+Block = NDArray[np.float32]
+LONGEST_KERNEL = 8
+"""Largest number of samples on each side of the interpolated one."""
+KERNEL_S = 0.004
+"""How far the kernel may look ahead, s, but at least three samples on each side."""
+PHASES = 128
+"""Places between two samples for which the kernel is tabulated; it is interpolated in between."""
 
 
 class SurfaceTexture:
@@ -107,17 +115,6 @@ def looped(signal: Signal) -> Signal:
     joined = join([signal, head], overlap_s=fade / signal.rate, search_s=fade / signal.rate)
     lag = length + len(head) - fade - len(joined)
     return joined.cut(lag + fade, length)
-
-
-Array = NDArray[np.float64]
-Block = NDArray[np.float32]
-
-LONGEST_KERNEL = 8
-"""Largest number of samples on each side of the interpolated one."""
-KERNEL_S = 0.004
-"""How far the kernel may look ahead, s, but at least three samples on each side."""
-PHASES = 128
-"""Places between two samples for which the kernel is tabulated; it is interpolated in between."""
 
 
 class StreamingTexture(Protocol):

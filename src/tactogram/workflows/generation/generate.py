@@ -54,8 +54,8 @@ def generate(
     run : Path, str or LoadedRun
         Run of a generator, or the name of one that comes with the package.
     condition : mapping
-        Names from `tactogram.model.condition_types`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words are on the
-        scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead.
+        Names from `tactogram.model.condition_types`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``; words are on
+        the scale of the ratings that the run was trained on. ``text``, in English, may describe the material instead.
     seconds : float, optional
         Length of a signal; by default the model's own.
     seed : int

@@ -1,4 +1,4 @@
-"""Guarantees of every shipped display, of any family."""
+"""Every shipped display: level, limits, rest and report; changes by key, and unknown names."""
 
 import functools
 import json
@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from tactogram.errors import ParameterError, UnitError
+from tactogram.errors import DataError, ParameterError, UnitError
 from tactogram.rendering.displays.catalogue import FAMILIES, display_family, open_display, shipped
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
@@ -150,19 +150,15 @@ def test_enormous_and_tiny_signals_stay_within_limits(name):
         assert drive is None or drive.samples.max() <= display.limit
 
 
-def test_a_drive_that_a_fade_makes_smaller_says_so():
-    x = np.zeros(2000)
-    x[:8] = 1
-    drive = fit(Signal(x, 2000, "1"), open_display("string-tablet"), level=parse_level("peak=1"))
-    assert any("in a fade of 50 ms" in words for words in drive.report.scaled)
+def test_values_of_a_display_can_be_changed_by_dotted_key():
+    display = open_display("voice-coil", changes={"limit": 2.5, "linear.cap_db": 10, "response.q": 5})
+    assert (display.limit, display.settings.cap_db, display.response.q) == (2.5, 10, 5)
+    with pytest.raises(ParameterError, match="limit is a value"):
+        open_display("voice-coil", changes={"limit.x": 1})
 
 
-def test_a_display_without_dc_needs_both_signs():
-    with pytest.raises(ParameterError, match="lowest must be below 0 where dc is forbidden"):
-        open_display("voice-coil", changes={"lowest": 0.0})
-
-
-@pytest.mark.parametrize("card_channels", [[3], [3, 3], [0, 1], [1, 2, 3]])
-def test_every_channel_has_its_own_channel_of_the_card(card_channels):
-    with pytest.raises(ParameterError, match="card_channels"):
-        open_display("audio", changes={"card_channels": card_channels})
+def test_an_unknown_name_lists_the_known_ones():
+    with pytest.raises(ParameterError, match="audio.*voice-coil, or a TOML file, got 'nothing'"):
+        open_display("nothing")
+    with pytest.raises(DataError, match="nothing.toml"):
+        open_display("nothing.toml")

@@ -1,11 +1,10 @@
-import itertools
+"""Envelopes of Android: 16 points within their limits."""
 
 import numpy as np
 import pytest
 from tests.rendering.files.documents import problems, read, written_by
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.files import control_points as module_of_points
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Transient
 from tactogram.rendering.files.formats import android_basic, android_envelope
@@ -60,29 +59,6 @@ def test_a_busy_envelope_takes_16_points_within_the_limits():
     assert len(points) == 16
     assert (points[:, 2].min() >= 20, points[:, 2].max() <= 1000, points[:, 2].sum()) == (True, True, 4090)
     assert points[-1, 0] == 0
-
-
-def test_no_other_three_lines_are_closer(monkeypatch):
-    monkeypatch.setattr(module_of_points, "MOST_POINTS", 3)
-    amplitude = np.random.default_rng(5).uniform(0, 1, 4 * 9 + 1)
-    at = np.arange(len(amplitude))
-    corners = {end: amplitude[4 * end] for end in range(1, 9)} | {0: 0.0, 9: 0.0}
-
-    def error(ends):
-        line = np.interp(at, 4 * np.array(ends), [corners[end] for end in ends])
-        return np.sum((line - amplitude)[4:-5] ** 2)
-
-    every = [(0, a, b, 9) for a, b in itertools.combinations(range(1, 9), 2)]
-    found = module_of_points._chosen(amplitude, np.full(len(at), 150.0), 20 * np.arange(10))
-    assert tuple(found) == min(every, key=error)
-
-
-def test_sharpness_is_the_share_of_65_to_300_hz():
-    document, points = written(tone([0.5, 0.5], [182.5], 0.5), android_basic)
-    assert points[:-1, 1] == pytest.approx(0.5, abs=0.01)
-    assert document["initialSharpness"] == pytest.approx(0.5, abs=0.1)
-    back = envelope_of(read(android_basic, document).signal)
-    assert np.interp(0.25, back.times, back.frequency) == pytest.approx(182.5, abs=2)
 
 
 @pytest.mark.parametrize("seconds", [0.039, 16.001])
