@@ -211,9 +211,9 @@ def _finish(
 ) -> dict[str, float]:
     """Write the trained learner, its index and figures, finish the run, and return its validation."""
     if learner.embeds and plan.facts.task == "classification":
-        from tactogram.workflows.training.surface_index import index_run
+        from tactogram.workflows.training.surface_index import build_index
 
-        index_run(run, learner, examples, validation)
+        build_index(learner, examples, validation).save(run)
     if isinstance(kind, SignalKind) and "image" in (*plan.facts.needs, *plan.facts.instead):
         save_photographs(run, examples)
     outcome = learner.outcome()
