@@ -7,12 +7,12 @@ from .labelled_images import (
     square as square,
 )
 from .loop import (
-    TrainingPosition as TrainingPosition,
     fit as fit,
 )
 from .run import (
     Run as Run,
     open_run as open_run,
+    TrainingPosition as TrainingPosition,
 )
 from .seeds import (
     child_generator as child_generator,
