@@ -1,7 +1,6 @@
 """Every public function of the documented interface says the shapes of its arrays and the errors it raises."""
 
 import ast
-import doctest
 import re
 from pathlib import Path
 
@@ -113,11 +112,3 @@ def test_headings_of_modules_and_classes_name_a_thing():
             heads = [(ast.get_docstring(node) or "").partition("\n")[0] for node in nodes]
             found += [f"{path.name}: {head}" for head in heads if question.match(head)]
     assert not found
-
-
-@pytest.mark.parametrize("name", tactogram.__all__)
-def test_the_examples_of_the_public_interface_give_what_they_show(name):
-    public = getattr(tactogram, name)
-    runner = doctest.DocTestRunner()
-    for example in doctest.DocTestFinder(recurse=False).find(public, name):
-        assert runner.run(example).failed == 0

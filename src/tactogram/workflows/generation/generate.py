@@ -40,44 +40,19 @@ def generate(
     seed: int = 0,
     count: int = 1,
 ) -> Iterator[Signal | Image]:
-    """Return an iterator over ``count`` signals or images for a condition; number n of a seed is always the same.
+    """Yield ``count`` signals or images for ``condition``; number n of a seed is always the same.
 
     Signals of different surfaces differ in noise; one surface keeps its noise at any speed, force and motion.
 
     ``condition`` has names from `tactogram.model.condition_types`, e.g. ``{"material": {"cork": 0.6, "tile": 0.4}}``;
     words are on the scale of the ratings that the run was trained on. ``text``, in English, may describe the material
-    instead (`with_materials`). What is outside of what the run learned counts as the nearest inside (`limits`).
-    A condition is checked at once, its results are generated one by one.
-
-    Parameters
-    ----------
-    run : Path, str or LoadedRun
-        Run of a generator.
-    condition : mapping
-        Values by name.
-    seconds : float, optional
-        Length, by default the model's own.
-    seed : int
-        Of what is drawn.
-    count : int
-        Number of results.
-
-    Returns
-    -------
-    iterator of Signal or Image
-        Of the kind that the run was trained on.
+    instead (`with_materials`). The length is by default the model's own. What is outside of what the run learned counts
+    as the nearest inside (`limits`).
 
     Raises
     ------
     ParameterError
         For a condition that the model does not take or know, or a length out of range.
-
-    Examples
-    --------
-    >>> import tactogram
-    >>> (touch,) = tactogram.generate("texture_flow", {"material": "cork", "speed_mm_s": 120.0}, seconds=1.0)
-    >>> touch.axes, touch.samples.shape
-    (('dft321',), (1, 2500))
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     _ = loaded.generator  # refuses a run that does not generate
@@ -87,7 +62,8 @@ def generate(
     if condition.get("motion") is not None:
         _check_motion(loaded)
     condition = within(loaded, with_materials(loaded, condition))
-    return (loaded.generate(condition, seconds=seconds, seed=drawn) for drawn in seeds_of(seed, count))
+    for drawn in seeds_of(seed, count):
+        yield loaded.generate(condition, seconds=seconds, seed=drawn)
 
 
 def limits(run: LoadedRun, condition: Condition) -> list[Limit]:
