@@ -9,8 +9,7 @@ from tactogram.model import Example, SignalKind
 from tactogram.models.frictgan import Config
 from tactogram.models.frictgan.learner import FrictGANLearner
 from tactogram.signal import Image, Signal
-from tactogram.training.loop import fit
-from tactogram.training.run import TrainingPosition
+from tactogram.training.loop import TrainingPosition, fit
 
 MM_PER_PIXEL = 0.1
 RATE = 20.0

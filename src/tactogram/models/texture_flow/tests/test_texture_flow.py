@@ -17,8 +17,7 @@ from tactogram.models.texture_flow.surfaces import Surface, SurfaceSpectra
 from tactogram.signal import Image, Signal
 from tactogram.signal.motion import Motion
 from tactogram.training.checkpoint import save_state
-from tactogram.training.loop import fit
-from tactogram.training.run import TrainingPosition
+from tactogram.training.loop import TrainingPosition, fit
 
 RATE = 1000.0
 AXES = ("x", "z")

@@ -7,8 +7,7 @@ from tactogram.errors import ParameterError
 from tactogram.models.ultrasonic_cgan import build
 from tactogram.models.ultrasonic_cgan.spectra import sensor_side
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import fit
-from tactogram.training.run import TrainingPosition
+from tactogram.training.loop import TrainingPosition, fit
 
 STICKY = {"rough": 2.0, "sticky": 6.0}
 
