@@ -18,7 +18,13 @@ def pytest_addoption(parser):
     parser.addoption("--regen", action="store_true", help="make the golden files anew; look at what changed")
 
 
-LONGEST = ("test_models.py", "test_tour.py", "test_touch_page.py", "test_ray.py", "test_train_page.py")
+LONGEST = (
+    "test_models.py",
+    "test_tour.py",
+    "test_touch_page.py",
+    "test_ray_cluster.py",
+    "test_train_page.py",
+)
 SLOW = {"browser", "cluster"}
 """Fixtures that start a browser or a cluster, whose processes keep their own time."""
 

@@ -25,7 +25,8 @@ from tactogram.model import (
 from tactogram.recipe import Recipe
 from tactogram.signal import Image, Signal
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import TrainingPosition, fit
+from tactogram.training.loop import fit
+from tactogram.training.run import TrainingPosition
 
 RATE = 1000.0
 WORDS = ("rough", "sticky")

@@ -26,7 +26,8 @@ from tactogram.models.stroke_cnn.config import Config
 from tactogram.models.stroke_cnn.learner import StrokeCNNLearner, build
 from tactogram.recipe import Recipe
 from tactogram.training.device import make_fabric
-from tactogram.training.loop import TrainingPosition, fit
+from tactogram.training.loop import fit
+from tactogram.training.run import TrainingPosition
 from tactogram.workflows.progress import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, kind_of
 

@@ -78,7 +78,7 @@ def test_a_training_that_fails_in_its_first_step_leaves_nothing(store, tmp_path,
     def failed(*args, **kwargs):
         raise MemoryError("unable to allocate 74 GiB")
 
-    monkeypatch.setattr("tactogram.workflows.training.execution.fit", failed)
+    monkeypatch.setattr("tactogram.training.loop.fit", failed)
     with pytest.raises(
         ParameterError, match=r"stroke_cnn needs more memory than there is \(unable to allocate"
     ):

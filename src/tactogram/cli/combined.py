@@ -11,51 +11,48 @@ from typing import TYPE_CHECKING, Any, Literal, Optional
 from tactogram.cli.functions import UsageError, spelt
 from tactogram.cli.stopping import catch_stop_signals
 from tactogram.errors import ParameterError
-from tactogram.parameters import Count, Parameter, Positive, checked, parameters, with_further
+from tactogram.parameters import Count, Parameter, checked, parameters, with_further
 from tactogram.workflows.evaluation.crossval import crossval  # noqa: F401  (its parameters are referred to)
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.recognition.files import classify_files  # noqa: F401  (its parameters are referred to)
-from tactogram.workflows.training.train import LoggerName, train
+from tactogram.workflows.recognition.files import classify_files
+from tactogram.workflows.training.train import train
 
 if TYPE_CHECKING:
     from tactogram.cli.printing import Printer
-    from tactogram.datasets import Label
     from tactogram.workflows.training.loaded_run import LoadedRun
 
 Purpose = Literal["generate", "photograph", "words"]
+_READING = {"unit", "rate", "axes", "time", "sheet", "part"}
+
+
+def _training_parameters() -> Iterator[Parameter]:
+    """Yield the settings of `train`."""
+    return (one for one in parameters(train) if one.name not in ("model", "data", "resume"))
 
 
 @checked
+@with_further(_training_parameters)
 def train_or_resume(
     model: str | None = None,
     *,
     data: str | None = None,
-    recipe: str = "quick",
-    changes: Mapping[str, Any] | None = None,
-    band: tuple[float, float] | None = None,
-    split: str = "",
-    by: str = "recording",
-    label: Label = "material",
-    where: Mapping[str, str] | None = None,
-    out: str | None = None,
-    accelerator: str = "auto",
-    model_folders: Sequence[str] = (),
-    devices: int = 1,
-    logger: LoggerName | None = None,
     resume: str | None = None,
     purpose: Purpose | None = None,
     sweep: str | None = None,
     on: str = "ray",
     progress: ProgressCallback,
     show: Printer,
+    **settings: Any,
 ) -> dict[str, Any] | None:
     """Train a model on a data set, or continue a run.
+
+    ``settings`` are those of `train`.
 
     Parameters
     ----------
     model : str, optional
         Omit with --resume RUN or --for.
-    data, recipe, changes, band, split, by, label, where, out, accelerator, model_folders, devices, logger
+    data : str, optional
         As of `train`.
     resume : str, optional
         Continue RUN with its own settings; without RUN, the run in --out if its settings are the same.
@@ -77,33 +74,23 @@ def train_or_resume(
     from tactogram.workflows.training.model_choice import model_choice
 
     if resume:
-        _refuse_settings(
-            resume, model=model, purpose=purpose, out=out, changes=changes, band=band, where=where, split=split,
-            recipe=recipe, by=by, label=label,
-        )  # fmt: skip
+        anew = {name: settings.pop(name) for name in settings.keys() - _OF_RESUMED}
+        _refuse_settings(resume, {"model": model, "purpose": purpose, **anew})
         with catch_stop_signals() as stop:
-            run = execution.resume(
-                resume, data=data, accelerator=accelerator, devices=devices, logger=logger,
-                model_folders=[*map(Path, model_folders)], progress=progress, stop=stop,
-            )  # fmt: skip
+            run = execution.resume(resume, data=data, **settings, progress=progress, stop=stop)
     elif not data or bool(model) == bool(purpose):
         raise UsageError("needs --data DIR and MODEL or --for, or --resume RUN to continue a run")
     else:
         if purpose:
-            model, own, why = model_choice(purpose, open_store(data), label=label)
+            model, own, why = model_choice(purpose, open_store(data), label=settings.get("label", "material"))
             show.notes([f"{model}: {why}"])
-            recipe = own if recipe == "quick" else recipe
-        settings: dict[str, Any] = {
-            "recipe": recipe, "changes": changes, "band": band, "split": split, "by": by, "label": label,
-            "where": where, "accelerator": accelerator, "model_folders": model_folders, "devices": devices,
-            "logger": logger,
-        }  # fmt: skip
+            settings = {"recipe": own} | settings
         if sweep:
-            return _swept(str(model), data, settings, sweep, out=out, resume=resume, on=on, progress=progress)
+            if resume is not None:
+                raise UsageError("--sweep goes on by itself with the same --out: omit --resume")
+            return _swept(str(model), data, sweep, on=on, progress=progress, **settings)
         with catch_stop_signals() as stop:
-            run = train(
-                str(model), data, **settings, out=out, resume=resume is not None, progress=progress, stop=stop
-            )
+            run = train(str(model), data, **settings, resume=resume is not None, progress=progress, stop=stop)
     if not is_first_process():
         return None
     facts = run.facts()
@@ -115,36 +102,42 @@ def train_or_resume(
     }
 
 
-def _refuse_settings(resume: str, **settings: Any) -> None:
+_OF_RESUMED = {"accelerator", "devices", "logger", "model_folders"}
+"""Settings of `train` that a resumed run takes."""
+
+
+def _refuse_settings(resume: str, settings: Mapping[str, Any]) -> None:
     """Refuse settings of a training that has its own."""
-    default = {one.name: one.default for one in parameters(train_or_resume)}
-    changed = [
-        "MODEL" if name == "model" else spelt(name)
-        for name, value in settings.items()
-        if value != default[name]
-    ]
+    changed = ["MODEL" if name == "model" else spelt(name) for name, value in settings.items() if value]
+    changed.sort(key=lambda option: (option.startswith("--"), option))
     if changed:
         raise UsageError(
-            f"--resume {resume} continues the run with its own settings: omit {', '.join(changed)}, or start another "
-            "run with --out"
+            f"--resume {resume} continues the run with its own settings: omit {', '.join(changed)}, or start "
+            "another run with --out"
         )
 
 
 def _swept(
-    model: str, data: str, settings: Mapping[str, Any], space: str, *, resume: str | None, **how: Any
+    model: str,
+    data: str,
+    space: str,
+    *,
+    out: str | None = None,
+    on: str,
+    progress: ProgressCallback,
+    **settings: Any,
 ) -> dict[str, Any]:
     from tactogram.workflows.training.plan import TrainingRequest
     from tactogram.workflows.training.sweep import sweep
 
-    if resume is not None:
-        raise UsageError("--sweep goes on by itself with the same --out: omit --resume")
-    return sweep(TrainingRequest(model, data, **settings), space, **how)
+    return sweep(TrainingRequest(model, data, **settings), space, out=out, on=on, progress=progress)
 
 
-def _condition_parameters() -> Iterator[Parameter]:
-    """Yield the options of every condition."""
+def _generation_parameters() -> Iterator[Parameter]:
+    """Yield the options of every condition, and what is known of a recording."""
     from tactogram.model import condition_options
 
+    yield from (one for one in parameters(classify_files) if one.name in _READING)
     for name, (_, option) in condition_options().items():
         annotation = getattr(option.kind, "__name__", str(option.kind))
         text = option.help[:1].upper() + option.help[1:]
@@ -152,7 +145,7 @@ def _condition_parameters() -> Iterator[Parameter]:
 
 
 @checked
-@with_further(_condition_parameters)
+@with_further(_generation_parameters)
 def generate_to_files(
     runs: Sequence[str],
     *,
@@ -166,18 +159,13 @@ def generate_to_files(
     conditions: str | None = None,
     on: str = "",
     processes: Count | None = None,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
     progress: ProgressCallback,
     **stated: Any,
 ) -> dict[str, Any]:
     """Generate signals or images with a trained run, or both from the same words with two.
 
-    Further parameters are the options of the conditions (`tactogram.model.condition_options`).
+    Further parameters are the options of the conditions (`tactogram.model.condition_options`) and those of
+    `classify_files` on recordings.
 
     Parameters
     ----------
@@ -202,8 +190,6 @@ def generate_to_files(
         A file for each row of this table (CSV, or TOML: [[condition]]), whose columns are options; --out is a folder.
     on, processes
         As of `crossval`.
-    unit, rate, axes, time, sheet, part
-        As of `classify_files`.
 
     Returns
     -------
@@ -217,7 +203,7 @@ def generate_to_files(
     from tactogram.workflows.training.loaded_run import load_run
 
     stated = {name: value for name, value in stated.items() if value is not None}
-    reading = {"unit": unit, "rate": rate, "axes": axes, "time": time, "sheet": sheet, "part": part}
+    reading = {name: stated.pop(name) for name in _READING & stated.keys()}
     of_words = {"rest": rest, "like": like, "raters": raters or None}
     if conditions:
         beside = {**stated, **of_words, **reading, "count": None if count == 1 else count}

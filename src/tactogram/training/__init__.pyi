@@ -7,11 +7,11 @@ from .labelled_images import (
     square as square,
 )
 from .loop import (
-    TrainingPosition as TrainingPosition,
     fit as fit,
 )
 from .run import (
     Run as Run,
+    TrainingPosition as TrainingPosition,
     open_run as open_run,
 )
 from .seeds import (

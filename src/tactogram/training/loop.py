@@ -1,34 +1,19 @@
-"""Training loop, the same for every model, and the services that its losses are logged to."""
+"""Training loop, the same for every model: batches, steps, checkpoints, and the services that log its losses."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from itertools import islice
-from pathlib import Path
 from typing import Any, Protocol
-from uuid import uuid4
 
 import numpy as np
 import torch
 
-from tactogram.errors import RunError
-from tactogram.extras import imported
+from tactogram.errors import RunError, StoppedError
 from tactogram.model import Example, Model, Stage
-from tactogram.signal.io.atomic import write_text
+from tactogram.recipe import Recipe
+from tactogram.training.run import BEGINNING, Run, TrainingPosition
 from tactogram.training.seeds import child_seed, torch_seeded
-
-
-@dataclass(frozen=True)
-class TrainingPosition:
-    """Position in a training: ``step`` finished steps of stage number ``stage``."""
-
-    stage: int = 0
-    step: int = 0
-
-
-BEGINNING = TrainingPosition()
 
 OnStep = Callable[[TrainingPosition, Stage, dict[str, float]], None]
 
@@ -88,6 +73,11 @@ def mean_over_processes(losses: dict[str, float], fabric: Any) -> dict[str, floa
     return dict(zip(losses, values.tolist(), strict=True))
 
 
+def steps_done(stages: Sequence[Stage], position: TrainingPosition) -> int:
+    """Return the number of finished steps of all stages."""
+    return sum(stage.steps for stage in stages[: position.stage]) + position.step
+
+
 class TrainingLogger(Protocol):
     """Methods of Fabric's loggers that a training uses."""
 
@@ -101,54 +91,51 @@ class TrainingLogger(Protocol):
         """End: ``status`` is ``success``, or why not."""
 
 
-def make_logger(name: str, folder: Path, *, start: int) -> TrainingLogger:
-    """Return the logger ``tensorboard`` or ``wandb`` for the run in ``folder``.
+def run_training(
+    learner: Model,
+    examples: Sequence[Example],
+    recipe: Recipe,
+    *,
+    run: Run | None = None,
+    start: TrainingPosition = BEGINNING,
+    fabric: Any = None,
+    logger: TrainingLogger | None = None,
+    task: str = "",
+    progress: Callable[..., None] = lambda *_: None,
+    stop: Callable[[], bool] = lambda: False,
+) -> None:
+    """Fit ``learner``; log to ``logger`` and ``run`` and save to ``run`` where there are any, and show progress.
 
-    TensorBoard's events are in the folder ``tensorboard`` of the run; Weights & Biases receives the run under the
-    folder's name, in the project ``tactogram`` or that of its variable ``WANDB_PROJECT``.
+    ``fabric``, of the processes that train together, must come with ``run``.
 
-    ``start``: finished steps of all stages; what a killed training logged after them is replaced.
-
-    Raises `MissingExtraError` if its package is not installed.
+    Raises
+    ------
+    StoppedError
+        If ``stop`` ended it, after the checkpoint of that step.
     """
-    check_logger(name)
-    if name == "tensorboard":
-        from lightning_fabric.loggers.tensorboard import TensorBoardLogger
+    every = recipe.training
+    stages = learner.stages(examples)
 
-        return TensorBoardLogger(folder, name="", version="tensorboard", purge_step=start or None)
-    return WandbLogger(folder)
+    def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
+        last = position.step == stage.steps
+        due = position.step % every.log_every == 0 or last
+        if logger is not None and due:
+            values = {f"{stage.name}/{name}": value for name, value in losses.items()}
+            logger.log_metrics(values, step=steps_done(stages, position))
+        if run is not None and fabric.is_global_zero:
+            if due:
+                run.log(position, losses)
+            if position.step % every.checkpoint_every == 0 or last:
+                run.save_checkpoint(learner, position)
+        note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
+        progress(f"{task}{stage.name}", position.step, stage.steps, note)
+        if run is not None and fabric.broadcast(stop()):
+            if fabric.is_global_zero:
+                run.save_checkpoint(learner, position)
+            fabric.barrier()
+            raise StoppedError(
+                f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
+                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
+            )
 
-
-def check_logger(name: str) -> None:
-    """Raise a `MissingExtraError` if a logger's package is not installed."""
-    package = {"tensorboard": "tensorboardX", "wandb": "wandb"}[name]
-    imported(package, extra="loggers", what=f"the logger {name}")
-
-
-class WandbLogger:
-    """Weights & Biases, which Fabric has no logger for; its variables, such as ``WANDB_MODE=offline``, hold."""
-
-    def __init__(self, folder: Path) -> None:
-        wandb = imported("wandb", extra="loggers", what="the logger wandb")
-        known = folder / "wandb-id.txt"
-        id = known.read_text() if known.exists() else uuid4().hex
-        self._run: Any = wandb.init(
-            project=os.environ.get("WANDB_PROJECT", "tactogram"),
-            name=folder.resolve().name,
-            id=id,
-            dir=folder,
-            resume="allow",
-        )
-        write_text(known, id)
-
-    def log_hyperparams(self, params: dict[str, Any]) -> None:
-        """Log the recipe."""
-        self._run.config.update(params, allow_val_change=True)
-
-    def log_metrics(self, metrics: Mapping[str, float], step: int) -> None:
-        """Log values after a number of steps."""
-        self._run.log(dict(metrics), step=step)
-
-    def finalize(self, status: str) -> None:
-        """End."""
-        self._run.finish(exit_code=0 if status == "success" else 1)
+    fit(learner, examples, seed=recipe.seed, start=start, fabric=fabric, on_step=on_step)

@@ -26,9 +26,19 @@ from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import parse_json, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
-from tactogram.training.loop import TrainingPosition
 
 VERSION = 1
+
+
+@dataclass(frozen=True)
+class TrainingPosition:
+    """Position in a training: ``step`` finished steps of stage number ``stage``."""
+
+    stage: int = 0
+    step: int = 0
+
+
+BEGINNING = TrainingPosition()
 
 
 @dataclass(frozen=True)

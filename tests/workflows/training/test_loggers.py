@@ -8,8 +8,8 @@ import pytest
 
 from tactogram.cli.command import main
 from tactogram.errors import MissingExtraError
-from tactogram.training.loop import make_logger
 from tactogram.training.run import Run
+from tactogram.workflows.training.execution import make_logger
 
 
 def events(folder):

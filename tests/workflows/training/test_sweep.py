@@ -1,4 +1,4 @@
-"""Sweeps that are refused before Ray is started; one on Ray is in `workers/test_ray.py`."""
+"""Sweeps that are refused before Ray is started; one on Ray is in `workers/test_ray_cluster.py`."""
 
 import pytest
 

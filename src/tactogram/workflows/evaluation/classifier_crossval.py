@@ -35,8 +35,8 @@ from tactogram.model import Kind, Model, ModelConfig
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.training.device import make_fabric
+from tactogram.training.loop import run_training
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.execution import run_training
 from tactogram.workflows.training.plan import TrainingRequest, block_splits, labelled, make_split, select
 from tactogram.workflows.workers.tasks import kept_values
 

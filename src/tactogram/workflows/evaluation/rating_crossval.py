@@ -20,9 +20,9 @@ from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
 from tactogram.recipe import run_id
+from tactogram.training.loop import run_training
 from tactogram.workflows.evaluation.classifier_crossval import CrossvalRequest, CrossvalSetup, write_results
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.execution import run_training
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.workers.tasks import kept_values
 

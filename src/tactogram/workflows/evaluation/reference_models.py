@@ -23,8 +23,8 @@ from tactogram.signal import Signal
 from tactogram.signal.displacement import played
 from tactogram.signal.resampling import resample
 from tactogram.training.checkpoint import load_state, save_state
+from tactogram.training.loop import run_training
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.training.execution import run_training
 
 BASELINES = ("ar_texture", "replay")
 NEAREST_PHOTO = "nearest_photo"

@@ -68,7 +68,7 @@ def generate_from_words(
     request = ask(loaded, words, rest=rest, like=like)
     files = _files(loaded, out)
     recording = None if vibration is None else read_signal(vibration, **reading or {})
-    if recording is not None and not any("vibration" in _conditions(run) for run in loaded):
+    if recording is not None and not any("vibration" in run.facts.conditions for run in loaded):
         raise ParameterError(
             f"`vibration`: no run starts from one ({', '.join(run.run.name for run in loaded)})"
         )
@@ -103,10 +103,6 @@ def generate_from_words(
 
 def _loaded(runs: Sequence[Path | str | LoadedRun]) -> list[LoadedRun]:
     return [run if isinstance(run, LoadedRun) else load_run(run) for run in runs]
-
-
-def _conditions(run: LoadedRun) -> tuple[str, ...]:
-    return run.facts.conditions
 
 
 def _is_file(out: Path) -> bool:
@@ -157,7 +153,7 @@ def _made(
 ) -> list[tuple[Signal | Image, dict[str, Any]]]:
     """Return each result, and the plate, cluster or spectrum that the model selected for it."""
     condition: dict[str, Any] = {"words": request.on_scale_of(run)}
-    if recording is not None and "vibration" in _conditions(run):
+    if recording is not None and "vibration" in run.facts.conditions:
         condition["vibration"] = recording
     condition = within(run, condition)
     length = seconds if run.facts.gives == "signal" else None

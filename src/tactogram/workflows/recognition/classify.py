@@ -11,7 +11,14 @@ from tactogram.workflows.training.surface_index import SurfaceIndex, surface_vec
 
 
 def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
-    """Classify a signal with a trained classifier; it is prepared by the run's recipe.
+    """Classify a signal with a trained classifier.
+
+    Parameters
+    ----------
+    run : Path, str or LoadedRun
+        Run of a classifier.
+    signal : Signal
+        A recording; it is prepared by the run's recipe.
 
     Returns
     -------
@@ -23,6 +30,12 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
     ------
     ParameterError
         If the run is no classifier, or the signal cannot be prepared for it.
+
+    Examples
+    --------
+    >>> import tactogram
+    >>> found = tactogram.classify("runs/cnn", tactogram.read_signal("stroke.wav"))  # doctest: +SKIP
+    >>> found["material"], found["none_of_these"]  # doctest: +SKIP
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     classifier = loaded.classifier

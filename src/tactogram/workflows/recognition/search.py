@@ -28,7 +28,18 @@ from tactogram.workflows.training.surface_index import (
 def search(
     run: Path | str | LoadedRun, signal: Signal, *, data: Path | str | None = None, count: int = 5
 ) -> dict[str, Any]:
-    """Return the ``count`` recordings nearest to ``signal``, of ``data`` or the classifier's training data.
+    """Find the recordings nearest to a signal.
+
+    Parameters
+    ----------
+    run : Path, str or LoadedRun
+        Run of a classifier.
+    signal : Signal
+        A recording; it is prepared by the run's recipe.
+    data : Path or str, optional
+        Data set to search, by default the training data.
+    count : int
+        Number of results.
 
     Returns
     -------
@@ -40,7 +51,13 @@ def search(
     Raises
     ------
     ParameterError
-        If ``count`` is below 1.
+        If ``count`` is below 1, or the run is no classifier.
+
+    Examples
+    --------
+    >>> import tactogram
+    >>> found = tactogram.search("runs/cnn", tactogram.read_signal("stroke.wav"), count=3)  # doctest: +SKIP
+    >>> nearest = found["nearest"][0]["material"]  # doctest: +SKIP
     """
     if count < 1:
         raise ParameterError(f"count must be at least 1, got {count}")

@@ -1,37 +1,26 @@
-"""Execution of a training plan in the folder of a run, and training on given examples."""
+"""Execution of a training plan in the folder of a run, and the loggers of trainings."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import os
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from uuid import uuid4
 
 import torch.distributed as dist
 
 from tactogram.datasets import part_examples, require_photographs, signal_kind
 from tactogram.datasets.scratch import scratch_of
 from tactogram.errors import ParameterError, StoppedError
-from tactogram.model import (
-    Example,
-    Kind,
-    Model,
-    SignalKind,
-    Stage,
-)
-from tactogram.recipe import Recipe
-from tactogram.signal.io.atomic import atomic_write, check_writable
+from tactogram.extras import imported
+from tactogram.model import Kind, Model, SignalKind, Stage
+from tactogram.signal.io.atomic import atomic_write, check_writable, write_text
 from tactogram.training.device import chosen_precision, make_fabric, memory_checked
-from tactogram.training.loop import (
-    BEGINNING,
-    TrainingLogger,
-    TrainingPosition,
-    check_logger,
-    fit,
-    make_logger,
-)
-from tactogram.training.run import Run, open_run
+from tactogram.training.loop import TrainingLogger, run_training, steps_done
+from tactogram.training.run import BEGINNING, Run, TrainingPosition, open_run
 from tactogram.workflows.progress import ProgressCallback, never, silent
 from tactogram.workflows.training.known_photographs import save_photographs
 from tactogram.workflows.training.plan import TrainingPlan, plan_of
@@ -166,11 +155,6 @@ def resume(
     )
 
 
-def steps_done(stages: Sequence[Stage], position: TrainingPosition) -> int:
-    """Return the number of finished steps of all stages."""
-    return sum(stage.steps for stage in stages[: position.stage]) + position.step
-
-
 def _restored(run: Run, learner: Model, fabric: Any) -> TrainingPosition:
     """Load the last checkpoint into every process's ``learner``."""
     start: TrainingPosition = fabric.broadcast(run.restore(learner) if fabric.is_global_zero else None)
@@ -228,9 +212,9 @@ def _finish(
 ) -> dict[str, float]:
     """Write the trained learner, its index and figures, finish the run, and return its validation."""
     if learner.embeds and plan.facts.task == "classification":
-        from tactogram.workflows.training.surface_index import index_run
+        from tactogram.workflows.training.surface_index import build_index
 
-        index_run(run, learner, examples, validation)
+        build_index(learner, examples, validation).save(run)
     if isinstance(kind, SignalKind) and "image" in (*plan.facts.needs, *plan.facts.instead):
         save_photographs(run, examples)
     outcome = learner.outcome()
@@ -250,56 +234,6 @@ def _finish(
     return found
 
 
-def run_training(
-    learner: Model,
-    examples: Sequence[Example],
-    recipe: Recipe,
-    *,
-    run: Run | None = None,
-    start: TrainingPosition = BEGINNING,
-    fabric: Any = None,
-    logger: TrainingLogger | None = None,
-    task: str = "",
-    progress: ProgressCallback = silent,
-    stop: Callable[[], bool] = never,
-) -> None:
-    """Fit ``learner``; log to ``logger`` and ``run`` and save to ``run`` where there are any, and show progress.
-
-    ``fabric``, of the processes that train together, must come with ``run``.
-
-    Raises
-    ------
-    StoppedError
-        If ``stop`` ended it, after the checkpoint of that step.
-    """
-    every = recipe.training
-    stages = learner.stages(examples)
-
-    def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
-        last = position.step == stage.steps
-        due = position.step % every.log_every == 0 or last
-        if logger is not None and due:
-            values = {f"{stage.name}/{name}": value for name, value in losses.items()}
-            logger.log_metrics(values, step=steps_done(stages, position))
-        if run is not None and fabric.is_global_zero:
-            if due:
-                run.log(position, losses)
-            if position.step % every.checkpoint_every == 0 or last:
-                run.save_checkpoint(learner, position)
-        note = " ".join(f"{name} {loss:.3g}" for name, loss in losses.items()) if len(losses) < 4 else ""
-        progress(f"{task}{stage.name}", position.step, stage.steps, note)
-        if run is not None and fabric.broadcast(stop()):
-            if fabric.is_global_zero:
-                run.save_checkpoint(learner, position)
-            fabric.barrier()
-            raise StoppedError(
-                f"stopped after step {position.step} of {stage.steps} of {stage.name}; all of it is in "
-                f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
-            )
-
-    fit(learner, examples, seed=recipe.seed, start=start, fabric=fabric, on_step=on_step)
-
-
 def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable[[int, int], None]:
     """Return a callback that shows the preparation's progress, and ends it if ``stop`` is true."""
 
@@ -309,3 +243,56 @@ def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable
             raise StoppedError("stopped while recordings were prepared; the run is as it was")
 
     return show
+
+
+def make_logger(name: str, folder: Path, *, start: int) -> TrainingLogger:
+    """Return the logger ``tensorboard`` or ``wandb`` for the run in ``folder``.
+
+    TensorBoard's events are in the folder ``tensorboard`` of the run; Weights & Biases receives the run under the
+    folder's name, in the project ``tactogram`` or that of its variable ``WANDB_PROJECT``.
+
+    ``start``: finished steps of all stages; what a killed training logged after them is replaced.
+
+    Raises `MissingExtraError` if its package is not installed.
+    """
+    check_logger(name)
+    if name == "tensorboard":
+        from lightning_fabric.loggers.tensorboard import TensorBoardLogger
+
+        return TensorBoardLogger(folder, name="", version="tensorboard", purge_step=start or None)
+    return WandbLogger(folder)
+
+
+def check_logger(name: str) -> None:
+    """Raise a `MissingExtraError` if a logger's package is not installed."""
+    package = {"tensorboard": "tensorboardX", "wandb": "wandb"}[name]
+    imported(package, extra="loggers", what=f"the logger {name}")
+
+
+class WandbLogger:
+    """Weights & Biases, which Fabric has no logger for; its variables, such as ``WANDB_MODE=offline``, hold."""
+
+    def __init__(self, folder: Path) -> None:
+        wandb = imported("wandb", extra="loggers", what="the logger wandb")
+        known = folder / "wandb-id.txt"
+        id = known.read_text() if known.exists() else uuid4().hex
+        self._run: Any = wandb.init(
+            project=os.environ.get("WANDB_PROJECT", "tactogram"),
+            name=folder.resolve().name,
+            id=id,
+            dir=folder,
+            resume="allow",
+        )
+        write_text(known, id)
+
+    def log_hyperparams(self, params: dict[str, Any]) -> None:
+        """Log the recipe."""
+        self._run.config.update(params, allow_val_change=True)
+
+    def log_metrics(self, metrics: Mapping[str, float], step: int) -> None:
+        """Log values after a number of steps."""
+        self._run.log(dict(metrics), step=step)
+
+    def finalize(self, status: str) -> None:
+        """End."""
+        self._run.finish(exit_code=0 if status == "success" else 1)

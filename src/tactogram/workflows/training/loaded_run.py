@@ -128,16 +128,33 @@ class LoadedRun:
 
 
 def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence[Path] = ()) -> LoadedRun:
-    """Return the finished run in ``folder``.
+    """Return a finished run, ready for use.
 
-    ``model_folders`` are further to those recorded in it.
+    Parameters
+    ----------
+    folder : Path or str
+        Of the run. The name of a model that comes trained (`tactogram.models.shipped_run`) is its run, unless there is
+        such a folder.
+    device : str
+        Where its networks compute.
+    model_folders : sequence of Path
+        Further to those recorded in the run.
 
-    The name of a model that comes trained (`tactogram.models.shipped_run`) is its run, unless there is such a folder.
+    Returns
+    -------
+    LoadedRun
+        Its model, recipe and facts.
 
     Raises
     ------
     RunError
         If there is none, it is not finished, or its files are broken.
+
+    Examples
+    --------
+    >>> import tactogram
+    >>> tactogram.load_run("texture_flow").facts.task
+    'generation'
     """
     from tactogram.training.checkpoint import load_state
 

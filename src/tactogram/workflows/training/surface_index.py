@@ -201,11 +201,6 @@ def prediction_limit(distances: Sequence[float]) -> float:
     return float(np.exp(np.mean(logs) + student.ppf(KEPT, count - 1) * spread))
 
 
-def index_run(run: Run, embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> None:
-    """Build the index of a run and save it there."""
-    build_index(embedder, known, validation).save(run)
-
-
 def calibration_text(recordings: int) -> str:
     """Return a sentence on the calibration of "none of these"."""
     if recordings:

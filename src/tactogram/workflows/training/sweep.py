@@ -20,11 +20,11 @@ from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_toml
 from tactogram.training.device import make_fabric
-from tactogram.training.loop import TrainingPosition, fit
-from tactogram.training.run import run_at
+from tactogram.training.loop import fit, steps_done
+from tactogram.training.run import TrainingPosition, run_at
 from tactogram.validation import validated
 from tactogram.workflows.progress import ProgressCallback, never, silent
-from tactogram.workflows.training.execution import steps_done, train_plan, training_material
+from tactogram.workflows.training.execution import train_plan, training_material
 from tactogram.workflows.training.plan import TrainingRequest, planned
 from tactogram.workflows.workers.one_task import one_thread
 from tactogram.workflows.workers.ray_cluster import connected

@@ -17,13 +17,14 @@ from tactogram.datasets.store.pending import part_folder
 from tactogram.errors import LeakError, ParameterError, RunError, StoppedError
 from tactogram.signal.io import read_metadata, read_signal, write_signal
 from tactogram.training import load_state
+from tactogram.training.loop import run_training
 from tactogram.workflows.data.stores import add_signal
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.generation.generate import generate, generate_files
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
-from tactogram.workflows.training.execution import resume, run_training
+from tactogram.workflows.training.execution import resume
 from tactogram.workflows.training.hub_folder import export_run, import_run
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.plan import select
