@@ -76,15 +76,6 @@ def test_an_application_imports_of_the_core_what_its_packages_list(folder):
     assert inner <= declaring  # what verbs are declared with
 
 
-OPEN_CIRCLES = [
-    {"tactogram_studio.pages.make.files", "tactogram_studio.pages.make.form_view"}
-    | {"tactogram_studio.pages.make.mix_view", "tactogram_studio.pages.make.page"}
-    | {"tactogram_studio.pages.make.results_view"},
-    {"tactogram_studio.pages.materials.import_page", "tactogram_studio.pages.materials.preview_view"},
-]
-"""Circles of modules that are still to be opened; each may only become smaller."""
-
-
 def test_no_modules_import_each_other_in_a_circle():
     """Whatever form an import has: at the top, in a function, for type checkers, or by a module's name in a text."""
     folders = (ROOT / "src" / "tactogram", *APPLICATIONS)
@@ -94,7 +85,7 @@ def test_no_modules_import_each_other_in_a_circle():
     _, circle = connected_components(matrix, connection="strong")
     found = [{name for name, each in zip(files, circle, strict=True) if each == one} for one in set(circle)]
     closed = [each for each in found if len(each) > 1]
-    assert [each for each in closed if not any(each <= known for known in OPEN_CIRCLES)] == []
+    assert closed == []
 
 
 def _module_name(path, folder):

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import asdict, replace
-from typing import Any
+from typing import Any, Protocol
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
@@ -230,3 +230,21 @@ class MakePageState:
         """Return the id of a result's copy on the shelf; empty if there is none."""
         id = str(self.storage.get("kept", {}).get(name, ""))
         return id if id and self.find(f"kept:{id}") is not None else ""
+
+
+class FormPage(Protocol):
+    """Page with the form and the results of a state, as far as what is drawn on it needs."""
+
+    state: MakePageState
+    failure: str
+    """Why the last generation gave nothing."""
+
+    @property
+    def results(self) -> Any:
+        """Method that draws the results, with ``refresh``."""
+
+    def change(self, *, redraw: bool = True, **changes: Any) -> None:
+        """Change the form by an undoable step."""
+
+    def committed(self, *, redraw: bool = False) -> None:
+        """Make changes of the form an undoable step, and update what depends on it."""

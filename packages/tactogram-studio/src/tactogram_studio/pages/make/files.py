@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from nicegui import ui
@@ -17,6 +17,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal
 from tactogram_studio import kit
 from tactogram_studio.generation.form import Crop
+from tactogram_studio.generation.state import FormPage
 from tactogram_studio.workspace.uploads import (
     check_upload,
     read_uploaded_image,
@@ -24,16 +25,13 @@ from tactogram_studio.workspace.uploads import (
     safe_name,
 )
 
-if TYPE_CHECKING:
-    from tactogram_studio.pages.make.page import MakePage
-
 MOST_SIDE = 4096
 """Longest side of a stored photograph, pixels; models use far fewer."""
 MOST_OFFERED = 200
 """Recordings of a store to choose from."""
 
 
-def draw_photo(page: MakePage) -> None:
+def draw_photo(page: FormPage) -> None:
     """Draw the field where a photograph is dropped, pasted, chosen or taken, and the photograph with its crop."""
     state = page.state
 
@@ -64,7 +62,7 @@ def draw_photo(page: MakePage) -> None:
         ui.element("div").props('data-camera role="status"').classes("camera")
 
 
-def _draw_chosen(page: MakePage) -> None:
+def _draw_chosen(page: FormPage) -> None:
     request = page.state.request
     left, top, right, bottom = request.crop or (0.0, 0.0, 1.0, 1.0)
 
@@ -99,7 +97,7 @@ def _draw_chosen(page: MakePage) -> None:
         kit.hint("Drag over the photograph to crop it.")
 
 
-def _draw_edges(page: MakePage, crop: Crop) -> None:
+def _draw_edges(page: FormPage, crop: Crop) -> None:
     """Draw the crop as four numbers, an alternative to dragging."""
 
     def apply() -> None:
@@ -149,7 +147,7 @@ def _hashed(name: str, content: bytes, suffix: str) -> str:
     return f"{Path(safe_name(name)).stem[:60]}-{hashlib.sha256(content).hexdigest()[:8]}{suffix}"
 
 
-def draw_vibration(page: MakePage) -> None:
+def draw_vibration(page: FormPage) -> None:
     """Draw the choice of a vibration: a kept result, an upload, or a recording of the training data."""
     state = page.state
     drawn = "vibration" in state.form.takes
@@ -169,13 +167,13 @@ def draw_vibration(page: MakePage) -> None:
             ui.button("From the training data", on_click=lambda: _ask_recording(page)).props("outline dense")
 
 
-def _files(page: MakePage, folder: Path, suffix: str) -> dict[str, str]:
+def _files(page: FormPage, folder: Path, suffix: str) -> dict[str, str]:
     """Return the titles of the stored files of a kind, by path relative to the workspace."""
     files = sorted(folder.glob(f"[!.]*{suffix}"))
     return {page.state.workspace.name_of(path): f"file: {path.stem}" for path in files}
 
 
-def _draw_choice(page: MakePage, name: str, label: str, options: Mapping[str, str], *, redraw: bool) -> None:
+def _draw_choice(page: FormPage, name: str, label: str, options: Mapping[str, str], *, redraw: bool) -> None:
     """Draw the choice of a file of the request, which may no longer be among those offered."""
     chosen = getattr(page.state.request, name)
     select = ui.select(dict(options) | {chosen: options.get(chosen, chosen)}, value=chosen, label=label)
@@ -183,7 +181,7 @@ def _draw_choice(page: MakePage, name: str, label: str, options: Mapping[str, st
     select.classes("w-full").props(f'outlined dense options-dense data-{name}="1"')
 
 
-def _use_vibration(page: MakePage, name: str, signal: Signal) -> None:
+def _use_vibration(page: FormPage, name: str, signal: Signal) -> None:
     """Store a vibration as a file, so that a command can refer to it, and choose it."""
     path = page.state.vibrations / _hashed(name, signal.samples.tobytes(), ".npz")
     if not path.is_file():
@@ -192,7 +190,7 @@ def _use_vibration(page: MakePage, name: str, signal: Signal) -> None:
     page.change(vibration=page.state.workspace.name_of(path))
 
 
-async def _ask_recording(page: MakePage) -> None:
+async def _ask_recording(page: FormPage) -> None:
     """Ask for a recording of the run's training data, and use it."""
     run = page.state.run
     store = None if run is None else await kit.in_background(page.state.runs.store_of, run)
@@ -211,7 +209,7 @@ async def _ask_recording(page: MakePage) -> None:
         chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense").classes("w-80")
 
 
-def draw_motion(page: MakePage) -> None:
+def draw_motion(page: FormPage) -> None:
     """Draw the choice of a motion: none, that of a simulated hand, or an uploaded one."""
     state = page.state
     options = {"": "none: one speed and force", "simulated": "a simulated hand"}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
@@ -15,22 +15,20 @@ from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
 from tactogram_studio.generation.form import LONGEST_S, MOST_COUNT, MOST_SEED, word_label
+from tactogram_studio.generation.state import FormPage
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram_studio.pages.make.mix_view import draw_mix
-
-if TYPE_CHECKING:
-    from tactogram_studio.pages.make.page import MakePage
 
 MOST_SPEED_MM_S, MOST_FORCE_N = 2000, 100
 LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 
 
-def draw_form(page: MakePage) -> None:
+def draw_form(page: FormPage) -> None:
     """Draw the choice of a run, and its form."""
     _draw_runs(page)
     form = page.state.form
     ui.timer(0.05, partial(_load_ahead, page), once=True)
-    parts: list[tuple[str, str, Callable[[MakePage], None]]] = [
+    parts: list[tuple[str, str, Callable[[FormPage], None]]] = [
         ("photo", "Photograph", draw_photo),
         ("words", "Words", draw_words),
         ("text", "Description", draw_text),
@@ -59,7 +57,7 @@ def draw_form(page: MakePage) -> None:
                     )
 
 
-async def _load_ahead(page: MakePage) -> None:
+async def _load_ahead(page: FormPage) -> None:
     """Load the run and matplotlib while the form is filled in; errors appear when something is generated."""
     if page.state.run is not None:
         with suppress(TactogramError):
@@ -67,7 +65,7 @@ async def _load_ahead(page: MakePage) -> None:
         await kit.in_background(importlib.import_module, "matplotlib")
 
 
-def _draw_runs(page: MakePage) -> None:
+def _draw_runs(page: FormPage) -> None:
     state = page.state
 
     def choose(event: Any) -> None:
@@ -86,7 +84,7 @@ def _draw_runs(page: MakePage) -> None:
                 kit.mark_simulated(state.run.kind.simulated, "trained on simulated data")
 
 
-def _draw_recording(page: MakePage) -> None:
+def _draw_recording(page: FormPage) -> None:
     """Draw the choice of a vibration, and the speed and force that it was recorded with."""
     draw_vibration(page)
     form = page.state.form
@@ -101,7 +99,7 @@ def _draw_recording(page: MakePage) -> None:
             _draw_contactor(page, "vibration_contactor", "Recorded by")
 
 
-def _draw_numbers(page: MakePage) -> None:
+def _draw_numbers(page: FormPage) -> None:
     form = page.state.form
     optional, moved = [], bool(page.state.request.motion)
     with ui.element("div").classes("numbers"):
@@ -128,7 +126,7 @@ def _draw_numbers(page: MakePage) -> None:
         )
 
 
-def _draw_contactor(page: MakePage, name: str, label: str) -> None:
+def _draw_contactor(page: FormPage, name: str, label: str) -> None:
     value = getattr(page.state.request, name)
     chosen = ui.select(["finger", "stylus"], label=label, value=value, clearable=True)
     chosen.on_value_change(lambda event: page.change(redraw=False, **{name: event.value}))
@@ -136,7 +134,7 @@ def _draw_contactor(page: MakePage, name: str, label: str) -> None:
 
 
 def _draw_number(
-    page: MakePage, name: str, label: str, *, most: float, least: float = 0.0, whole: bool = False
+    page: FormPage, name: str, label: str, *, most: float, least: float = 0.0, whole: bool = False
 ) -> None:
     state = page.state
 
@@ -152,7 +150,7 @@ def _draw_number(
     number.on("blur", page.committed).on("keydown.enter", page.committed)
 
 
-def draw_text(page: MakePage) -> None:
+def draw_text(page: FormPage) -> None:
     """Draw the field of a description in English."""
     state = page.state
 
@@ -169,7 +167,7 @@ def draw_text(page: MakePage) -> None:
         kit.hint("In place of the materials, with the photograph if there is one; clear it to use these.")
 
 
-def draw_material(page: MakePage) -> None:
+def draw_material(page: FormPage) -> None:
     """Draw the choice of the one material that a photograph shows."""
     materials = page.state.form.materials
     options = {"": "determined from the photograph", **{name: name for name in materials}}
@@ -180,7 +178,7 @@ def draw_material(page: MakePage) -> None:
     select.classes("w-full").props("outlined dense options-dense")
 
 
-def draw_words(page: MakePage) -> None:
+def draw_words(page: FormPage) -> None:
     """Draw the scores of the words that the run knows, a checkbox and a slider each."""
     state = page.state
     kit.hint(
@@ -202,7 +200,7 @@ def scale_text(scale: tuple[float, float] | None) -> str:
     return text
 
 
-def _draw_word(page: MakePage, word: str, *, unset: str) -> None:
+def _draw_word(page: FormPage, word: str, *, unset: str) -> None:
     state = page.state
     scores = state.request.words
     box = ui.checkbox(word_label(word), value=word in scores).props("dense").classes("name")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from nicegui import ui
@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
 from tactogram_studio.generation.runs import point_of, weights_at
-
-if TYPE_CHECKING:
-    from tactogram_studio.pages.make.page import MakePage
+from tactogram_studio.generation.state import FormPage
 
 MOST_SLIDERS = 12
 """Number of materials up to which each has a slider from the start."""
 STEP = 0.01
 
 
-def draw_mix(page: MakePage) -> None:
+def draw_mix(page: FormPage) -> None:
     """Draw the weights of the materials, and their map."""
     _Mix(page).draw()
 
@@ -29,7 +27,7 @@ def draw_mix(page: MakePage) -> None:
 class _Mix:
     """Sliders and map, kept in step with each other."""
 
-    def __init__(self, page: MakePage) -> None:
+    def __init__(self, page: FormPage) -> None:
         self.page, self.state = page, page.state
         self.materials = page.state.form.materials
         self.sliders: dict[str, ui.slider] = {}

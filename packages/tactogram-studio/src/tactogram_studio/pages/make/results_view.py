@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from nicegui import ui
 
@@ -15,18 +15,16 @@ from tactogram.errors import DataError, TactogramError
 from tactogram.rendering import file_name, haptic_formats
 from tactogram.workflows import SIGNAL_FORMATS, convert, list_formats
 from tactogram_studio import kit
+from tactogram_studio.generation.state import FormPage
 from tactogram_studio.signals.sound import PLAYBACK_MM_S
 from tactogram_studio.signals.view import SignalEntry, signal_cards
 from tactogram_studio.workspace.shelf import LONGEST_TITLE, KeptResult
-
-if TYPE_CHECKING:
-    from tactogram_studio.pages.make.page import MakePage
 
 LETTERS = "ABCDEFGHI"
 NEAREST = "Nearest recordings"
 
 
-def draw_results(page: MakePage) -> None:
+def draw_results(page: FormPage) -> None:
     """Draw the selected result, and those it is compared with."""
     state = page.state
     if page.failure:
@@ -58,7 +56,7 @@ def draw_results(page: MakePage) -> None:
     _draw_earlier(page, name)
 
 
-def _draw_signals(page: MakePage, shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> list[Any]:
+def _draw_signals(page: FormPage, shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> list[Any]:
     """Draw signals, and return the rows at the top of their cards."""
     entries = [
         SignalEntry(result.file, title, bool(result.facts.get("simulated")), str(number))
@@ -88,7 +86,7 @@ def _image_address(name: str) -> str:
 
 
 def _draw_comparison_bar(
-    page: MakePage, name: str, present: KeptResult, compared: list[tuple[str, KeptResult]]
+    page: FormPage, name: str, present: KeptResult, compared: list[tuple[str, KeptResult]]
 ) -> None:
     """Draw the choice of results to compare with, and the settings of playback."""
     state = page.state
@@ -124,7 +122,7 @@ def _draw_comparison_bar(
             kit.hint("Keys 1 to 9 switch between the results while playing; Escape stops.")
 
 
-async def _add_nearest(page: MakePage, present: KeptResult, button: ui.button) -> None:
+async def _add_nearest(page: FormPage, present: KeptResult, button: ui.button) -> None:
     """Compare the selected result with the recordings most like it."""
     state = page.state
     button.disable()
@@ -145,7 +143,7 @@ async def _add_nearest(page: MakePage, present: KeptResult, button: ui.button) -
         page.results.refresh()
 
 
-def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool) -> None:
+def _draw_actions(page: FormPage, name: str, result: KeptResult, *, first: bool) -> None:
     """Draw the buttons of a result."""
     state = page.state
 
@@ -195,7 +193,7 @@ def _draw_actions(page: MakePage, name: str, result: KeptResult, *, first: bool)
             close.props(f'dense flat aria-label="Remove {kit.attribute(result.title)}"')
 
 
-def _draw_class(page: MakePage, result: KeptResult) -> None:
+def _draw_class(page: FormPage, result: KeptResult) -> None:
     """Draw the prediction of a fitting classifier once it is known; nothing without a classifier."""
     label = kit.hint("").classes("prediction")
     runs = page.state.runs
@@ -217,7 +215,7 @@ def _draw_class(page: MakePage, result: KeptResult) -> None:
     ui.timer(0.05, fill, once=True)
 
 
-def _draw_earlier(page: MakePage, name: str) -> None:
+def _draw_earlier(page: FormPage, name: str) -> None:
     """Draw the list of earlier results."""
     earlier = [result for result in page.state.results() if f"made:{result.id}" != name]
     if not earlier:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from nicegui import ui
 
@@ -14,12 +15,33 @@ from tactogram.signal.io import TableLayout
 from tactogram_studio import kit
 from tactogram_studio.pages.materials.layout_card import LayoutCard, by_key, headings_of
 
-if TYPE_CHECKING:
-    from tactogram_studio.pages.materials.import_page import ImportPage
-
 MOST_LAYOUTS = 30
 MOST_SHOWN = 200
 """Kinds of skipped files, and materials, that the page lists."""
+
+
+class Importing(Protocol):
+    """Page with the settings of an import."""
+
+    values: dict[str, Any]
+
+    @property
+    def path(self) -> Path:
+        """Folder or file to import."""
+
+    @property
+    def is_folder(self) -> bool:
+        """Whether a plain folder is imported."""
+
+    @property
+    def layouts(self) -> list[TableLayout]:
+        """Layouts that were chosen for tables."""
+
+    def options(self) -> dict[str, Any]:
+        """Return the importer's options; `ParameterError` if they cannot be read."""
+
+    def map_columns(self, layouts: Sequence[TableLayout]) -> None:
+        """Use layouts for the tables of the folder."""
 
 
 class _SupersededError(Exception):
@@ -29,7 +51,7 @@ class _SupersededError(Exception):
 class PreviewView:
     """Preview of the folder of a page, read again whenever its settings change."""
 
-    def __init__(self, importing: ImportPage) -> None:
+    def __init__(self, importing: Importing) -> None:
         self.page = importing
         self.facts: dict[str, Any] = {}
         self._generation = 0
