@@ -11,8 +11,8 @@ from .loop import (
 )
 from .run import (
     Run as Run,
-    open_run as open_run,
     TrainingPosition as TrainingPosition,
+    open_run as open_run,
 )
 from .seeds import (
     child_generator as child_generator,
