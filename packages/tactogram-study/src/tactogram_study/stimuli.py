@@ -5,14 +5,19 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from tactogram.model import condition_types
 from tactogram_study.wording import Wording
 
 Name = Annotated[str, Field(min_length=1, max_length=120)]
-Given = Literal["speed_mm_s", "force_n", "vibration_speed_mm_s", "vibration_force_n"]
+if TYPE_CHECKING:
+    Given = str
+else:
+    Given = Literal[tuple(name for name, one in condition_types().items() if one.unit)]
+"""Conditions of a run that are numbers."""
 SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simulated_image")
 """Sources of a signal, and of a picture."""
 
@@ -45,7 +50,7 @@ class StimulusSource(BaseModel):
     vibration: str = ""
     """File of the recording whose surface ``run`` generates."""
     given: dict[Given, Annotated[float, Field(gt=0)]] = Field(default_factory=dict)
-    """Speeds and forces that ``run`` is given, mm/s and N: those wanted, and those of ``vibration``."""
+    """Numbers that ``run`` is given, e.g. speeds and forces, mm/s and N: those wanted, and those of ``vibration``."""
     image: str = ""
     """Picture file, relative to the study's file."""
     image_run: str = ""
