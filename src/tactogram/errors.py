@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from pathlib import PurePath
+from typing import NamedTuple, Self
 
 MOST_VALUE = 80
 """Characters of a value that a message repeats at most."""
@@ -14,20 +15,29 @@ _LONG_VALUE = re.compile(r"""(?<!\w)(?:'.{200,}?'|".{200,}?"|\[.{200,}?\]|\{.{20
 _REPR = reprlib.Repr()
 _REPR.maxstring = _REPR.maxother = _REPR.maxlong = 4 * MOST_VALUE
 _REPR.maxlist = _REPR.maxtuple = _REPR.maxdict = MOST_VALUE // 2
+_ABSENT = object()
 
 
 class TactogramError(Exception):
     """Root of the errors raised on purpose; the command line prints one line for it and exits 1.
 
-    Where an argument is wrong, ``parameter`` is its name, ``value`` what it was, ``expected`` completes "must be …",
-    and ``remedy`` says what to do: each face of the package names the parameter in its own words.
+    Where an argument is wrong (`ParameterError.must`), ``parameter`` is its name, ``value`` what it was, ``expected``
+    completes "must …", ``choices`` are the values that are known, if these are few, and ``remedy`` says what to do:
+    each face of the package names the parameter in its own words.
     """
 
     def __init__(
-        self, *args: object, parameter: str = "", value: object = None, expected: str = "", remedy: str = ""
+        self,
+        *args: object,
+        parameter: str = "",
+        value: object = None,
+        expected: str = "",
+        remedy: str = "",
+        choices: Iterable[str] = (),
     ) -> None:
         super().__init__(*args)
         self.parameter, self.value, self.expected, self.remedy = parameter, value, expected, remedy
+        self.choices = tuple(choices)
 
     def __str__(self) -> str:
         """Return the message as one printable line, with long values shortened."""
@@ -69,6 +79,37 @@ def with_remedies(message: str, render: Callable[[Remedy], str]) -> str:
 class ParameterError(TactogramError, ValueError):
     """An argument is outside the range for which the function is defined."""
 
+    @classmethod
+    def must(
+        cls,
+        parameter: str,
+        expected: str,
+        value: object = _ABSENT,
+        *,
+        remedy: str = "",
+        choices: Iterable[str] = (),
+    ) -> Self:
+        """Return the error of an argument that must ``expected``, e.g. "be at least 1"; its value is shown if given.
+
+        >>> str(ParameterError.must("count", "be at least 1", 0, remedy="omit it for one"))
+        'count must be at least 1, got 0; omit it for one'
+        """
+        got = "" if value is _ABSENT else f", got {shown(value)}"
+        return cls(
+            f"{parameter} must {expected}{got}{remedy and f'; {remedy}'}",
+            parameter=parameter,
+            value=None if value is _ABSENT else value,
+            expected=expected,
+            remedy=remedy,
+            choices=choices,
+        )
+
+    @classmethod
+    def one_of(cls, parameter: str, choices: Iterable[str], value: object, *, remedy: str = "") -> Self:
+        """Return the error of an argument that is none of the known ones."""
+        known = tuple(map(str, choices))
+        return cls.must(parameter, f"be one of {', '.join(known)}", value, remedy=remedy, choices=known)
+
 
 class FailedTrainingError(ParameterError):
     """The request needs networks that failed the model's own training criterion."""
@@ -104,7 +145,9 @@ class DeviceError(TactogramError):
 
 def shown(value: object) -> str:
     """Return a short representation of a value for a message, without formatting all of it."""
-    return shortened(_REPR.repr(value))
+    if isinstance(value, PurePath):
+        return shortened(str(value))
+    return f"{value:g}" if isinstance(value, float) else shortened(_REPR.repr(value))
 
 
 def shortened(text: str, most: int = MOST_VALUE) -> str:

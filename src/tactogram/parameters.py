@@ -19,7 +19,7 @@ from annotated_types import Ge, Gt, Le
 from docstring_parser import DocstringStyle, parse
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from tactogram.errors import ParameterError, shown
+from tactogram.errors import ParameterError
 
 Positive = Annotated[float, Gt(0)]
 Count = Annotated[int, Ge(1)]
@@ -64,12 +64,7 @@ class Parameter:
         except ValidationError as error:
             fault = next((one for one in error.errors() if one["type"] in _BOUNDS), None)
             expected = self.annotation if fault is None else fault["msg"].removeprefix("Input should be ")
-            raise ParameterError(
-                f"{self.name} must be {expected}, got {shown(value)}",
-                parameter=self.name,
-                value=value,
-                expected=expected,
-            ) from None
+            raise ParameterError.must(self.name, f"be {expected}", value) from None
 
 
 @cache

@@ -71,7 +71,9 @@ class PluginGroup:
         if name not in places:
             raise ParameterError(
                 f"{self.kind} must be one of {', '.join(sorted(places))}, or of a file that {self.variable} names, "
-                f"got {name!r}"
+                f"got {name!r}",
+                value=name,
+                choices=places,
             )
         return import_plugin(places[name])
 

@@ -35,7 +35,11 @@ def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
     try:
         return kind.model_validate(dict(values))
     except ValidationError as error:
-        raise ParameterError(_sentence(kind, error.errors()[0], where)) from None
+        first = error.errors()[0]
+        unknown = first["type"] == "extra_forbidden"
+        known = _keys_at(kind, first["loc"][:-1]) if unknown else ()
+        value = str(first["loc"][-1]) if unknown else first["input"]
+        raise ParameterError(_sentence(kind, first, where), value=value, choices=known) from None
 
 
 def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> tuple[Fault, ...]:

@@ -7,7 +7,8 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.cli.catalogue import nearest_verb, verb_places
-from tactogram.cli.hints import with_command, with_nearest
+from tactogram.cli.hints import in_words, with_command
+from tactogram.errors import DataError, ParameterError
 
 
 @pytest.mark.parametrize(
@@ -50,22 +51,16 @@ def test_a_verb_of_a_distribution_that_is_missing_names_its_extra(words, extra):
     assert f"pip install 'tactogram[{extra}]'" in nearest_verb(words.split(), installed)
 
 
-@pytest.mark.parametrize(
-    ("message", "name"),
-    [
-        ("--material must be one of carpet, tile, got 'tiel'", "tile"),
-        (
-            "model must be one of ar_texture, stroke_cnn, or of a folder in --models, got 'stroke_cn'",
-            "stroke_cnn",
-        ),
-        ("material must be one of 84, e.g. cork, silk, got 'slik'", "silk"),
-        ("--words must be of rough, sticky; got 'ruogh'", "rough"),
-        ("config: unknown key 'step'; known here: steps, window", "steps"),
-    ],
-)
-def test_the_nearest_name_is_offered(message, name):
-    assert with_nearest(message) == f"{message}; did you mean {name!r}?"
-    assert with_nearest("a must be one of x, y, got 'unheard-of'").endswith("'unheard-of'")
+def test_the_nearest_name_is_offered():
+    error = ParameterError.one_of("material", ("carpet", "tile"), "tiel")
+    assert in_words(error, {"material": "--material"}, []) == (
+        "--material must be one of carpet, tile, got 'tiel'; did you mean 'tile'?"
+    )
+    outer = DataError("m.toml: material must be one of carpet, tile, got 'tiel'")
+    outer.__cause__ = error
+    assert in_words(outer, {}, []).endswith("; did you mean 'tile'?")
+    far = ParameterError.one_of("a", ("x", "y"), "unheard-of")
+    assert in_words(far, {}, []).endswith("got 'unheard-of'")
 
 
 def test_an_option_is_added_to_the_command():

@@ -10,7 +10,7 @@ from importlib import import_module
 
 from tactogram.cli.catalogue import group_helps, nearest_verb, overview, verb_places
 from tactogram.cli.functions import flags_of, run
-from tactogram.cli.hints import with_command, with_nearest, with_options
+from tactogram.cli.hints import in_words
 from tactogram.errors import StoppedError, TactogramError
 
 # torch's threads spin when they wait, and collapse when a core is busy. Read when torch is imported.
@@ -42,8 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         message, status = "interrupted", 130
     except TactogramError as error:
-        message = with_nearest(with_command(with_options(str(error), flags_of(verb)), words))
-        status = 1
+        message, status = in_words(error, flags_of(verb), words), 1
     except OSError as error:
         # No permission, no space, a file where a folder is needed: the system's words say enough.
         message, status = str(error), 1

@@ -7,24 +7,30 @@ import shlex
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 
-from tactogram.errors import Remedy, with_remedies
+from tactogram.errors import Remedy, TactogramError, with_remedies
 
-NAMED = (
-    re.compile(r"must be (?:one )?of (?P<known>[^;]+)[,;] got '(?P<got>[^']+)'$"),
-    re.compile(r"unknown key '(?P<got>[^']+)'; known here: (?P<known>[^;]+)$"),
-)
-"""Ends of the messages that list what is known."""
 ADDITION = re.compile(r"`(--[\w-]+) ('[^'`]+'|[^`\s]+)`")
 
 
-def with_nearest(message: str) -> str:
-    """Return a message that lists what is known, and names what was given, with the known name nearest to that."""
-    found = next((found for form in NAMED if (found := form.search(message))), None)
-    if found is None:
-        return message
-    names = re.split(r", (?:or )?(?:e\.g\. )?", found["known"])
-    near = get_close_matches(found["got"], names, n=1, cutoff=0.6)
-    return f"{message}; did you mean {near[0]!r}?" if near else message
+def in_words(error: TactogramError, flags: Mapping[str, str], words: Sequence[str]) -> str:
+    """Return the message of an error for the user of a command: options, the nearest name, and the command with more.
+
+    ``flags`` are those of `tactogram.cli.functions.flags_of`, ``words`` the command.
+    """
+    message = str(error)
+    if error.parameter in flags and message.startswith(error.parameter):
+        message = flags[error.parameter] + message.removeprefix(error.parameter)
+    return with_nearest(with_command(with_options(message, flags), words), error)
+
+
+def with_nearest(message: str, error: BaseException | None) -> str:
+    """Return a message with the known name nearest to what was given, where the error or its cause lists some."""
+    while error is not None:
+        if isinstance(error, TactogramError) and error.choices:
+            near = get_close_matches(str(error.value), error.choices, n=1, cutoff=0.6)
+            return f"{message}; did you mean {near[0]!r}?" if near else message
+        error = error.__cause__
+    return message
 
 
 def with_command(message: str, words: Sequence[str]) -> str:
@@ -47,9 +53,9 @@ def with_command(message: str, words: Sequence[str]) -> str:
 def with_options(message: str, flags: Mapping[str, str]) -> str:
     """Return an error's message with options in place of the parameters that it names, as of `flags_of`.
 
-    They are its remedies (`tactogram.errors.Remedy`), or begin the message and are followed by "must". A name with a
-    value that is no option is one of those of ``--set``, if the verb has it. What a verb advises instead has the text
-    of the remedy as its key in ``flags``, or ``rate=`` for any value.
+    They are its remedies (`tactogram.errors.Remedy`). A name with a value that is no option is one of those of
+    ``--set``, if the verb has it. What a verb advises instead has the text of the remedy as its key in ``flags``, or
+    ``rate=`` for any value.
     """
     flags = {**flags, "model_folders": "--models"}
     others = "--set {}={}" if "--set" in flags.values() else "{}={}"
@@ -65,5 +71,4 @@ def with_options(message: str, flags: Mapping[str, str]) -> str:
             return f"`{flags[name]} {shlex.quote(text)}`"
         return f"`{others.format(name, text if ' ' not in text else shlex.quote(text))}`"
 
-    message = with_remedies(message, option)
-    return re.sub(r"^(\w+)(?= must)", lambda name: flags.get(name[1], name[0]), message)
+    return with_remedies(message, option)

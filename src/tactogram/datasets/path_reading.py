@@ -56,8 +56,8 @@ class PathPattern:
             or len(set(self.names)) < len(self.names)
             or re.search(r"[{}]", _FIELD.sub("", text))
         ):
-            raise ParameterError(
-                f"path must be a pattern such as {{subject}}/{{material}}/take{{take}}, each field once, got {text!r}"
+            raise ParameterError.must(
+                "path", "be a pattern such as {subject}/{material}/take{take}, each field once", text
             )
         parts = [".*" if level == "**" else self._level(level) for level in levels]
         before = "" if "**" in levels else "(?:.*/)?"

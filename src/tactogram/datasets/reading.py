@@ -42,7 +42,7 @@ def read_all(
     progress at a time, so that memory stays flat. A process that dies is a `DataError`.
     """
     if workers is not None and workers < 1:
-        raise ParameterError(f"workers must be >= 1, got {workers}")
+        raise ParameterError.must("workers", "be >= 1", workers)
     if allowed_processes(workers, cores()) == 1:
         workers = 1
     started, done = monotonic(), 0

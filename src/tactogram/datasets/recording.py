@@ -97,7 +97,7 @@ class Recording(RecordingInfo):
     def stream(self, name: str) -> Signal:
         """Return one stream; `ParameterError` if there is none of this name."""
         if name not in self.streams:
-            raise ParameterError(f"stream must be one of {', '.join(self.streams)}, got {name!r}")
+            raise ParameterError.one_of("stream", self.streams, name)
         return self.streams[name]
 
     @property
@@ -145,6 +145,4 @@ def label_of(info: RecordingInfo, label: Label) -> str | None:
         return item_of(info)
     if label == "material+contactor":
         return "-".join(part for part in (info.material, info.contactor) if part) or None
-    raise ParameterError(
-        f"label must be 'material', 'material+contactor', 'item' or a function, got {label!r}"
-    )
+    raise ParameterError.must("label", "be 'material', 'material+contactor', 'item' or a function", label)

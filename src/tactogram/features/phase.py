@@ -59,15 +59,17 @@ def recover(
     check_precision("magnitude", magnitude)
     transform.check(magnitude, length)
     if start not in STARTS:
-        raise ParameterError(f"start must be 'gradient' or 'random', got {start!r}")
+        raise ParameterError.must("start", "be 'gradient' or 'random'", start)
     if iteration not in ITERATIONS:
-        raise ParameterError(f"iteration must be one of {', '.join(ITERATIONS)}, got {iteration!r}")
+        raise ParameterError.one_of("iteration", ITERATIONS, iteration)
     if iterations < 0:
-        raise ParameterError(f"iterations must be >= 0, got {iterations}")
+        raise ParameterError.must("iterations", "be >= 0", iterations)
     with torch.no_grad():
         target = magnitude.detach().reshape(-1, *magnitude.shape[-2:]).mT.contiguous()  # batch, frame, bin
         if not bool((torch.isfinite(target) & (target >= 0)).all()):
-            raise ParameterError("magnitude must be finite and >= 0, got a value that is not")
+            raise ParameterError(
+                "magnitude must be finite and >= 0, got a value that is not", parameter="magnitude"
+            )
         scale = target.amax((1, 2), keepdim=True)
         target = target / torch.where(scale > 0, scale, 1)
         if start == "gradient":

@@ -45,7 +45,7 @@ class PhotoCrops:
             if not (isinstance(value, int) and value >= 1):
                 raise ParameterError(f"{name} must be a whole number >= 1, got {value}")
         if self.size > self.crop:
-            raise ParameterError(f"size must be <= crop ({self.crop} pixels), got {self.size}")
+            raise ParameterError.must("size", f"be <= crop ({self.crop} pixels)", self.size)
         for name in ("brightness", "contrast"):
             if not 0 <= getattr(self, name) <= 1:
                 raise ParameterError(f"{name} must be in 0..1, got {getattr(self, name)}")

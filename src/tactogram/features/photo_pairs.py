@@ -205,9 +205,9 @@ def weak_pairs(
         recording is shorter than a picture, or a part is empty.
     """
     if protocol not in LEAKS:
-        raise ParameterError(f"protocol must be one of {', '.join(LEAKS)}, got {protocol!r}")
+        raise ParameterError.one_of("protocol", LEAKS, protocol)
     if part not in SHARES:
-        raise ParameterError(f"part must be one of {', '.join(SHARES)}, got {part!r}")
+        raise ParameterError.one_of("part", SHARES, part)
     if protocol != "source-split" and not isinstance(examples, Mapping):
         raise ParameterError(
             f"protocol {protocol} leaks ({LEAKS[protocol]}): it needs the examples of all parts, by name"

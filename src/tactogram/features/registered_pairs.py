@@ -71,11 +71,9 @@ class PhotoWindows:
         if min(self.pixels, self.samples, self.offset) < 1 or (self.most is not None and self.most < 1):
             raise ParameterError("pixels, samples, offset and most must be at least 1")
         if self.protocol not in get_args(Protocol):
-            raise ParameterError(
-                f"protocol must be one of {', '.join(get_args(Protocol))}, got {self.protocol!r}"
-            )
+            raise ParameterError.one_of("protocol", get_args(Protocol), self.protocol)
         if len(self.shares) != 3 or min(self.shares) < 0 or abs(sum(self.shares) - 1) > 1e-6:
-            raise ParameterError(f"shares must be three numbers >= 0 that add up to 1, got {self.shares}")
+            raise ParameterError.must("shares", "be three numbers >= 0 that add up to 1", self.shares)
 
     def lefts(self, width: int, part: Part | None) -> NDArray[np.int64]:
         """Return the first columns of the windows of ``part`` (None: of all) in ``width`` usable columns, sorted."""

@@ -77,22 +77,23 @@ class Spectrogram:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.rate) and self.rate > 0):
-            raise ParameterError(f"rate must be > 0 and finite, got {self.rate}")
+            raise ParameterError.must("rate", "be > 0 and finite", self.rate)
         if not -math.inf < self.floor_db < self.ceil_db < math.inf:
             raise ParameterError(
-                f"floor_db must be < ceil_db, both finite, got {self.floor_db} and {self.ceil_db}"
+                f"floor_db must be < ceil_db, both finite, got {self.floor_db} and {self.ceil_db}",
+                parameter="floor_db",
             )
         if self.unit not in UNITS:
-            raise ParameterError(f"unit must be one of {', '.join(UNITS)}, got {self.unit!r}")
+            raise ParameterError.one_of("unit", UNITS, self.unit)
         if self.domain not in ("time", "displacement"):
-            raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
+            raise ParameterError.must("domain", "be 'time' or 'displacement'", self.domain)
         object.__setattr__(self, "window", self.transform.window)
         if self.start not in STARTS:
-            raise ParameterError(f"start must be 'gradient' or 'random', got {self.start!r}")
+            raise ParameterError.must("start", "be 'gradient' or 'random'", self.start)
         if self.iteration not in ITERATIONS:
-            raise ParameterError(f"iteration must be one of {', '.join(ITERATIONS)}, got {self.iteration!r}")
+            raise ParameterError.one_of("iteration", ITERATIONS, self.iteration)
         if self.iterations < 0:
-            raise ParameterError(f"iterations must be >= 0, got {self.iterations}")
+            raise ParameterError.must("iterations", "be >= 0", self.iterations)
 
     @cached_property
     def transform(self) -> STFT:
@@ -127,7 +128,7 @@ class Spectrogram:
         A value that is not finite raises `ParameterError`.
         """
         if not torch.compiler.is_compiling() and not bool(torch.isfinite(value).all()):
-            raise ParameterError("values must be finite, got NaN or infinity")
+            raise ParameterError("values must be finite, got NaN or infinity", parameter="values")
         share = ((value + 1) / 2).clamp(0, 1)
         db = self.floor_db + (self.ceil_db - self.floor_db) * share
         return torch.where(share > 0, 10 ** (db / 20), torch.zeros_like(db))
@@ -148,7 +149,7 @@ class Spectrogram:
         check_precision("z", z)
         bins = self.transform.bins
         if z.ndim < 2 or z.shape[-2] != bins or z.shape[-1] == 0:
-            raise ParameterError(f"z must be (..., {bins} bins, frame), got {tuple(z.shape)}")
+            raise ParameterError.must("z", f"be (..., {bins} bins, frame)", tuple(z.shape))
         return self.amplitude(z) * self.gain(z)
 
     def decode(self, z: Tensor, length: int | None = None, *, seed: int = 0) -> Tensor:
@@ -183,8 +184,8 @@ class Spectrogram:
         if signal.domain != self.domain:
             raise UnitError(f"signal must be over {self.domain}, got one over {signal.domain}")
         if signal.rate != self.rate:
-            raise ParameterError(
-                f"signal must have rate {self.rate:g}, got {signal.rate:g}; resample it first"
+            raise ParameterError.must(
+                "signal", f"have rate {self.rate:g}", signal.rate, remedy="resample it first"
             )
 
     def encode_signal(self, signal: Signal) -> Tensor:
@@ -236,14 +237,15 @@ class AmplitudeSpectrogram:
         transform = STFT(self.n_fft, self.hop, self.window)  # refuses windows without an inverse
         object.__setattr__(self, "window", transform.window)
         if not (isinstance(self.frames, int) and (self.frames - 1) * self.hop > self.n_fft // 2):
-            raise ParameterError(
-                f"frames must be more than {self.n_fft // 2 // self.hop + 1}, so that a signal of "
-                f"(frames - 1) * {self.hop} samples can be mirrored by {self.n_fft // 2}; got {self.frames}"
+            raise ParameterError.must(
+                "frames",
+                f"be more than {self.n_fft // 2 // self.hop + 1}, so that (frames - 1) * {self.hop} samples "
+                f"can be mirrored by {self.n_fft // 2}; got {self.frames}",
             )
         if self.n_fft % 2:
-            raise ParameterError(f"n_fft must be even, got {self.n_fft}")
+            raise ParameterError.must("n_fft", "be even", self.n_fft)
         if self.iterations < 0:
-            raise ParameterError(f"iterations must be >= 0, got {self.iterations}")
+            raise ParameterError.must("iterations", "be >= 0", self.iterations)
 
     @property
     def bins(self) -> int:
@@ -267,7 +269,7 @@ class AmplitudeSpectrogram:
         """
         check_precision("x", x)
         if x.ndim == 0 or x.shape[-1] != self.length:
-            raise ParameterError(f"x must be (..., {self.length} samples), got {tuple(x.shape)}")
+            raise ParameterError.must("x", f"be (..., {self.length} samples)", tuple(x.shape))
         return self._forward(x.reshape(-1, self.length)).abs().mT.reshape(*x.shape[:-1], self.bins, -1)
 
     def decode(self, magnitude: Tensor, *, seed: int = 0) -> Tensor:
@@ -279,13 +281,15 @@ class AmplitudeSpectrogram:
         """
         check_precision("magnitude", magnitude)
         if magnitude.shape[-2:] != (self.bins, self.frames):
-            raise ParameterError(
-                f"magnitude must be (..., {self.bins} bins, {self.frames} frames), got {tuple(magnitude.shape)}"
+            raise ParameterError.must(
+                "magnitude", f"be (..., {self.bins} bins, {self.frames} frames)", tuple(magnitude.shape)
             )
         with torch.no_grad():
             target = magnitude.detach().reshape(-1, self.bins, self.frames).mT  # batch, frame, bin
             if not bool((torch.isfinite(target) & (target >= 0)).all()):
-                raise ParameterError("magnitude must be finite and >= 0, got a value that is not")
+                raise ParameterError(
+                    "magnitude must be finite and >= 0, got a value that is not", parameter="magnitude"
+                )
             x = self._recovered(target, seed)
             return x.reshape(*magnitude.shape[:-2], self.length)
 

@@ -174,8 +174,8 @@ class SpectrogramPicture:
         Raises `ParameterError` for another shape.
         """
         if amplitudes.shape[-2:] != (self.bins, self.frames):
-            raise ParameterError(
-                f"amplitudes must be (..., {self.bins} bins, {self.frames} frames), got {tuple(amplitudes.shape)}"
+            raise ParameterError.must(
+                "amplitudes", f"be (..., {self.bins} bins, {self.frames} frames)", tuple(amplitudes.shape)
             )
         resized = _matrix(self.bins, self.rows).to(amplitudes) @ amplitudes  # ..., row, frame
         if self.columns != self.frames:
@@ -191,7 +191,7 @@ class SpectrogramPicture:
         """
         check_precision("pictures", pictures)
         if pictures.shape[-3:] != self.shape:
-            raise ParameterError(f"pictures must be (..., {self.shape}), got {tuple(pictures.shape)}")
+            raise ParameterError.must("pictures", f"be (..., {self.shape})", tuple(pictures.shape))
         # The inverse amplifies rounding where rows share bins, hence double precision.
         resized = self.spectrogram.amplitude(pictures.squeeze(-3).double())
         spread = _inverse(self.bins, self.rows).to(resized) @ resized
@@ -220,7 +220,7 @@ class SpectrogramPicture:
         Raises `ParameterError` if ``smooth`` is even or below 1, or for pictures of another shape.
         """
         if smooth < 1 or smooth % 2 == 0:
-            raise ParameterError(f"smooth must be an odd number of columns, got {smooth}")
+            raise ParameterError.must("smooth", "be an odd number of columns", smooth)
         amplitudes = self.decode(_smoothed(pictures.detach().double(), smooth))
         floor = self.spectrogram.amplitude(torch.tensor(-1.0, dtype=torch.float64)).clamp_min(1e-30)
         white = torch.randn(

@@ -40,9 +40,9 @@ class STFT:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.n_fft, int) and self.n_fft >= 2):
-            raise ParameterError(f"n_fft must be a whole number >= 2, got {self.n_fft}")
+            raise ParameterError.must("n_fft", "be a whole number >= 2", self.n_fft)
         if not (isinstance(self.hop, int) and 1 <= self.hop <= self.n_fft):
-            raise ParameterError(f"hop must be a whole number in 1..{self.n_fft}, got {self.hop}")
+            raise ParameterError.must("hop", f"be a whole number in 1..{self.n_fft}", self.hop)
         if not isinstance(self.window, str):
             object.__setattr__(self, "window", tuple(self.window))  # JSON turns tuples into lists
         # A signal of one hop has two frames, and no sample of a longer signal is covered less.
@@ -79,7 +79,9 @@ class STFT:
         """
         check_precision("x", x)
         if x.ndim == 0 or x.shape[-1] == 0:
-            raise ParameterError(f"x must have at least one sample, got shape {tuple(x.shape)}")
+            raise ParameterError(
+                f"x must have at least one sample, got shape {tuple(x.shape)}", parameter="x"
+            )
         length = x.shape[-1]
         left = self.n_fft // 2
         right = self.length(self.frames(length)) + self.n_fft - left - length
@@ -105,9 +107,9 @@ class STFT:
     def check(self, s: Tensor, length: int) -> None:
         """Refuse a spectrogram, (..., n_fft // 2 + 1, frame), that is not one of ``length`` samples."""
         if length < 1:
-            raise ParameterError(f"length must be >= 1 sample, got {length}")
+            raise ParameterError.must("length", "be >= 1 sample", length)
         if s.ndim < 2 or s.shape[-2] != self.bins:
-            raise ParameterError(f"spectrogram must be (..., {self.bins} bins, frame), got {tuple(s.shape)}")
+            raise ParameterError.must("spectrogram", f"be (..., {self.bins} bins, frame)", tuple(s.shape))
         if s.shape[-1] != self.frames(length):
             raise ParameterError(f"{length} samples are {self.frames(length)} frames, got {s.shape[-1]}")
 
@@ -179,7 +181,7 @@ def _window(window: Window, n_fft: int, dtype: torch.dtype, device: str) -> Tens
     try:
         values = get_window(window, n_fft)
     except (ValueError, TypeError) as error:
-        raise ParameterError(f"window must be one that scipy knows, got {window}") from error
+        raise ParameterError.must("window", "be one that scipy knows", window) from error
     return torch.from_numpy(np.ascontiguousarray(values)).to(device=device, dtype=dtype)
 
 

@@ -38,9 +38,10 @@ def describe(
     nearest = sorted(materials, key=lambda name: -similarity[name])
     best = similarity[nearest[0]]
     if best < LEAST_SIMILARITY:
-        raise ParameterError(
-            f"text must describe a material that the model knows, and {text!r} is like none of the {len(materials)}; "
-            f"the nearest are {', '.join(nearest[:3])}"
+        raise ParameterError.must(
+            "text",
+            f"describe a material that the model knows, and {text!r} is like none of the {len(materials)}; "
+            f"the nearest are {', '.join(nearest[:3])}",
         )
     weights = {
         name: float(np.exp(SHARPNESS * (similarity[name] - best))) for name in nearest[:MOST_MATERIALS]

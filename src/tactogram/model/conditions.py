@@ -295,7 +295,9 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     weights = np.zeros(len(materials))
     for name, weight in given.items():
         if name not in materials:
-            raise ParameterError(f"material must be {some_of(materials, like=name)}, got {name!r}")
+            raise ParameterError.must(
+                "material", f"be {some_of(materials, like=name)}", name, choices=materials
+            )
         if not (np.isfinite(weight) and weight >= 0):
             raise ParameterError(f"weight of {name} must be finite and >= 0, got {weight}")
         weights[materials.index(name)] = weight

@@ -54,7 +54,7 @@ class SignalKind:
 
     def __post_init__(self) -> None:
         if self.domain not in ("time", "displacement"):
-            raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
+            raise ParameterError.must("domain", "be 'time' or 'displacement'", self.domain)
 
     def signal(self, samples: Any) -> Signal:
         """Return samples, shape (axis, time), as a signal of this kind."""
@@ -73,7 +73,7 @@ class SignalKind:
             alike = (signal.rate, signal.unit, signal.domain) == (self.rate, self.unit, self.domain)
             renamed = alike and len(signal.axes) == len(self.axes)
             hint = f"; read it with axes {','.join(self.axes)} if these are the same" if renamed else ""
-            raise ParameterError(f"signal must be {_properties(self)}; got {_properties(signal)}{hint}")
+            raise ParameterError.must("signal", f"be {_properties(self)}; got {_properties(signal)}{hint}")
 
     def require_materials(self, model: str) -> None:
         """Refuse a kind without materials.
@@ -159,7 +159,7 @@ def unit_scores(words: Mapping[str, float], kind: Kind, *, partial: bool = False
     low, high = kind.scale or (0.0, 1.0)
     for word, score in words.items():
         if word not in kind.words:
-            raise ParameterError(f"words must be of {', '.join(kind.words)}; got {word!r}")
+            raise ParameterError.must("words", f"be of {', '.join(kind.words)}", word, choices=kind.words)
         if not low <= score <= high:
             raise ParameterError(f"{word} must be {low:g} to {high:g}, got {score:g}")
     if not partial and (missing := [word for word in kind.words if word not in words]):

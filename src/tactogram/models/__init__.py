@@ -127,7 +127,9 @@ class ModelInfo(ModelDescription):
         if name.endswith(".toml") and Path(name).is_file():
             return Path(name)
         raise ParameterError(
-            f"recipe of {self.name} must be one of {', '.join(self.recipes())}, or a TOML file; got {name!r}"
+            f"recipe of {self.name} must be one of {', '.join(self.recipes())}, or a TOML file; got {name!r}",
+            value=name,
+            choices=self.recipes(),
         )
 
     def config_class(self) -> type[ModelConfig]:
@@ -203,8 +205,11 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
     """Return the model called ``name``, of those `available` in ``folders``."""
     models = available(folders)
     if name not in models:
-        raise ParameterError(
-            f"model must be one of {', '.join(models)}, or of a folder in `model_folders`, got {name!r}"
+        raise ParameterError.must(
+            "model",
+            f"be one of {', '.join(models)}, or of a folder in `model_folders`",
+            name,
+            choices=models,
         )
     return models[name]
 

@@ -76,5 +76,7 @@ def given_latent(condition: Condition, size: int, *, piece: int = 0) -> dict[int
         return {}
     latent = np.asarray(condition["latent"], np.float32)
     if latent.shape != (size,) or not (np.abs(latent) <= 1).all():
-        raise ParameterError(f"latent must be {size} numbers in -1 to 1, got shape {latent.shape}")
+        raise ParameterError(
+            f"latent must be {size} numbers in -1 to 1, got shape {latent.shape}", parameter="latent"
+        )
     return {piece: torch.from_numpy(latent)}

@@ -48,7 +48,7 @@ class PatchDiscriminator(nn.Module):
     ) -> None:
         super().__init__()
         if layers < 1:
-            raise ParameterError(f"layers must be >= 1, got {layers}")
+            raise ParameterError.must("layers", "be >= 1", layers)
         widths = [width * min(2**number, WIDEST) for number in range(layers + 1)]
         self.convs = nn.ModuleList([nn.Conv2d(into, width, 4, stride=2, padding=padding)])
         for number, (fine, coarse) in enumerate(pairwise(widths), start=1):

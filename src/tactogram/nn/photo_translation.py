@@ -91,7 +91,8 @@ class PhotoTranslation(Saved):
             raise ParameterError("photographs and recordings are paired by material, and none has one")
         if kind.domain != "time":
             raise ParameterError(
-                f"recordings must be over time, got ones over {kind.domain}; take frictgan or texture_flow"
+                f"recordings must be over time, got ones over {kind.domain}; take frictgan or texture_flow",
+                parameter="recordings",
             )
         if len(kind.axes) != 1:
             raise ParameterError(

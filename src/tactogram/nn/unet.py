@@ -43,7 +43,7 @@ class UNet(nn.Module):
     ) -> None:
         super().__init__()
         if len(widths) < 2 or not 0 <= dropout < len(widths):
-            raise ParameterError(f"widths must be >= 2 stages, {dropout} of them with dropout, got {widths}")
+            raise ParameterError.must("widths", f"be >= 2 stages, {dropout} of them with dropout", widths)
         self.scale, self.dropout, self.noise = 2 ** len(widths), dropout, False
         self.down = nn.ModuleList(
             nn.Conv2d(fine, coarse, 4, stride=2, padding=1, bias=False)

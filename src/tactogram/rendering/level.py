@@ -68,7 +68,7 @@ def parse_level(text: str) -> Level:
     """Return the level for a text such as ``"sensation=20"``, one of `KINDS`; `ParameterError` for others."""
     kind, sign, number = (part.strip() for part in text.partition("="))
     if kind not in get_args(Kind):
-        raise ParameterError(f"level must be one of {', '.join(KINDS)}, got {text!r}")
+        raise ParameterError.one_of("level", KINDS, text)
     try:
         value = float(number) if sign else None
     except ValueError:

@@ -52,7 +52,7 @@ def sound_to_touch(sound: Signal, by: SoundMap) -> tuple[Signal, dict[str, Any]]
     of the time with a pitch). Raises `ParameterError` if there is no such map, or the sound has no pitch.
     """
     if by not in get_args(SoundMap):
-        raise ParameterError(f"map must be one of {', '.join(get_args(SoundMap))}, got {by!r}")
+        raise ParameterError.one_of("map", get_args(SoundMap), by)
     facts: dict[str, Any] = {"by": by}
     if by == "bands":
         used = [(low, min(high, sound.rate / 2), hz) for low, high, hz in BANDS if low < sound.rate / 2]

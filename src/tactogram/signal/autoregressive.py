@@ -62,19 +62,22 @@ class AutoregressiveModel:
         innovation = _fixed(self.innovation)
         mean = _fixed(np.zeros(n) if self.mean is None else self.mean)
         if n == 0 or reflection.ndim != 2 or len(reflection) != n:
-            raise ParameterError(f"reflection must be ({n} axes, order), got shape {reflection.shape}")
+            raise ParameterError(
+                f"reflection must be ({n} axes, order), got shape {reflection.shape}", parameter="reflection"
+            )
         if not np.all(np.abs(reflection) < 1):
             raise ParameterError(
                 "reflection coefficients must be within (-1, 1): the filter would not be stable"
             )
         if innovation.shape != (n, n) or mean.shape != (n,):
             raise ParameterError(
-                f"innovation must be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}"
+                f"innovation must be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}",
+                parameter="innovation",
             )
         if not (np.isfinite(innovation).all() and np.isfinite(mean).all()):
             raise ParameterError("innovation and mean must be finite")
         if not np.allclose(innovation, innovation.T) or _lowest(innovation) < -1e-9:
-            raise ParameterError("innovation must be a covariance: symmetric, no negative eigenvalue")
+            raise ParameterError.must("innovation", "be a covariance: symmetric, no negative eigenvalue")
         check_rate(self.rate)
         object.__setattr__(self, "reflection", reflection)
         object.__setattr__(self, "innovation", innovation)
@@ -155,7 +158,7 @@ class AutoregressiveModel:
         """
         f = np.atleast_1d(np.asarray(frequencies, np.float64))
         if f.ndim != 1 or not np.all((f >= 0) & (f <= self.rate / 2)):
-            raise ParameterError(f"frequencies must be one row within 0 to {self.rate / 2:g} Hz")
+            raise ParameterError.must("frequencies", f"be one row within 0 to {self.rate / 2:g} Hz")
         z = np.exp(-2j * np.pi * f / self.rate)
         forward = np.ones((len(self.axes), f.size), complex)
         backward = forward
@@ -167,7 +170,7 @@ class AutoregressiveModel:
     def of_order(self, order: int) -> AutoregressiveModel:
         """Return the same process with a higher order (added coefficients are 0); `ParameterError` for a lower one."""
         if order < self.order:
-            raise ParameterError(f"order must be >= {self.order}, got {order}")
+            raise ParameterError.must("order", f"be >= {self.order}", order)
         if order == self.order:
             return self
         return replace(self, reflection=np.pad(self.reflection, ((0, 0), (0, order - self.order))))
@@ -180,7 +183,8 @@ class AutoregressiveModel:
         _same(self, signal)
         if len(signal) <= self.order:
             raise ParameterError(
-                f"signal must be longer than the order {self.order}, got {len(signal)} samples"
+                f"signal must be longer than the order {self.order}, got {len(signal)} samples",
+                parameter="signal",
             )
         forward = signal.samples.astype(np.float64) - np.asarray(self.mean)[:, None]
         return _prediction_error(self.reflection, forward)
@@ -278,7 +282,7 @@ def checked_weights(weights: ArrayLike, count: int) -> Array:
     """Return weights, float64, shape (``count``,), of at least 1; `ParameterError` if one is negative or all are 0."""
     w = np.asarray(weights, np.float64)
     if not count or w.shape != (count,) or not (np.isfinite(w).all() and (w >= 0).all() and w.any()):
-        raise ParameterError(f"weights must be {count} numbers >= 0, not all 0; got {w.tolist()}")
+        raise ParameterError.must("weights", f"be {count} numbers >= 0, not all 0; got {w.tolist()}")
     return w
 
 

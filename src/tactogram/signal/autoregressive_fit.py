@@ -64,9 +64,9 @@ def fit_autoregressive(
     longest = max(map(len, pieces))
     highest = order if order is not None else max_order if max_order is not None else min(60, longest // 3)
     if not 0 <= highest < longest:
-        raise ParameterError(f"order must be >= 0 and less than the {longest} samples at hand, got {highest}")
+        raise ParameterError.must("order", f"be >= 0 and less than the {longest} samples at hand", highest)
     if method not in ("burg", "yule-walker"):
-        raise ParameterError(f"method must be 'burg' or 'yule-walker', got {method!r}")
+        raise ParameterError.must("method", "be 'burg' or 'yule-walker'", method)
 
     arrays = [piece.samples.astype(np.float64) for piece in pieces]
     count = sum(map(len, pieces))

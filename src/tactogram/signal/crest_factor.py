@@ -85,9 +85,10 @@ def low_crest_phases(
 def _spectrum(amplitudes: NDArray[np.floating], length: int) -> NDArray[np.complex128]:
     """Return the ``rfft`` of one period of cosines of ``amplitudes``."""
     if 2 * len(amplitudes) >= length:
-        raise ParameterError(
-            f"harmonics must lie below half the rate: at most {(length - 1) // 2} of {length} samples, "
-            f"got {len(amplitudes)}"
+        raise ParameterError.must(
+            "harmonics",
+            f"lie below half the rate: at most {(length - 1) // 2} of {length} samples",
+            len(amplitudes),
         )
     spectrum = np.zeros(length // 2 + 1, np.complex128)
     spectrum[1 : len(amplitudes) + 1] = np.asarray(amplitudes, np.float64) * (length / 2)

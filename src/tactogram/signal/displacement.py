@@ -60,7 +60,7 @@ def over_displacement(
         still = _constant(signal, _speed(speed_mm_s), "displacement")
         return still if rate is None else resample(still, rate)
     if not 0 < standstill < 1:
-        raise ParameterError(f"standstill must be a share above 0 and below 1, got {standstill}")
+        raise ParameterError.must("standstill", "be a share above 0 and below 1", standstill)
     speed = np.abs(_over_time_of(signal, speed_mm_s))  # mm/s, at each sample
     fastest = float(speed.max())
     if fastest == 0:
@@ -139,7 +139,7 @@ def _constant(signal: Signal, speed_mm_s: float, domain: str) -> Signal:
 
 def _speed(speed_mm_s: float) -> float:
     if not (speed_mm_s > 0 and math.isfinite(speed_mm_s)):
-        raise ParameterError(f"speed must be > 0 mm/s and finite, got {speed_mm_s}")
+        raise ParameterError.must("speed", "be > 0 mm/s and finite", speed_mm_s)
     return float(speed_mm_s)
 
 

@@ -56,7 +56,7 @@ def extend(
     It has ``round(seconds * rate)`` samples, at least one. A piece that adds nothing is a `ParameterError`.
     """
     if not (seconds > 0 and np.isfinite(seconds)):
-        raise ParameterError(f"seconds must be > 0 and finite, got {seconds:g}")
+        raise ParameterError.must("seconds", "be > 0 and finite", seconds)
     first = draw(0)
     total = max(1, round(seconds * first.rate))
     if len(first) >= total:
@@ -69,9 +69,9 @@ def extend(
             number += 1
             piece = draw(number)
             if len(piece) <= round(overlap_s * piece.rate) + round(search_s * piece.rate):
-                raise ParameterError(
-                    f"pieces must be longer than overlap_s + search_s, {overlap_s + search_s:g} s; "
-                    f"got {piece.extent:g} s"
+                raise ParameterError.must(
+                    "pieces",
+                    f"be longer than overlap_s + search_s, {overlap_s + search_s:g} s; got {piece.extent:g} s",
                 )
             yield piece
 
@@ -112,10 +112,11 @@ def _joined(pieces: Iterable[Signal], overlap_s: float, search_s: float) -> Iter
 def _check(number: int, piece: Signal, first: Signal, least: int) -> None:
     got, expected = ((s.rate, s.unit, s.axes, s.domain) for s in (piece, first))
     if got != expected:
-        raise ParameterError(
-            f"pieces must be of one rate, unit, set of axes and domain; piece {number} is "
-            f"{got[0]:g}, {got[1]}, {','.join(got[2])} over {got[3]}, the first {expected[0]:g}, {expected[1]}, "
-            f"{','.join(expected[2])} over {expected[3]}"
+        raise ParameterError.must(
+            "pieces",
+            f"be of one rate, unit, set of axes and domain; piece {number} is {got[0]:g}, {got[1]}, "
+            f"{','.join(got[2])} over {got[3]}, the first {expected[0]:g}, {expected[1]}, "
+            f"{','.join(expected[2])} over {expected[3]}",
         )
     if len(piece) < least:
         raise ParameterError(

@@ -60,13 +60,14 @@ def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
     """
     a = np.array(polynomial, np.float64)
     if a.ndim != 1 or a.size == 0 or a[0] != 1:
-        raise ParameterError(f"polynomial must be one row that begins with 1, got {_begin(a)}")
+        raise ParameterError.must("polynomial", "be one row that begins with 1", _begin(a))
     reflection = np.zeros(a.size - 1)
     for m in range(a.size - 1, 0, -1):
         k = a[m]
         if not abs(k) < 1:
             raise ParameterError(
-                f"filter must be stable (roots inside the unit circle), got reflection coefficient {k:g}"
+                f"filter must be stable (roots inside the unit circle), got reflection coefficient {k:g}",
+                parameter="filter",
             )
         reflection[m - 1] = k
         a = (a[:m] - k * a[m:0:-1]) / (1 - k * k)

@@ -195,7 +195,7 @@ class ModulatedNoise:
         """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""
         z = np.asarray(frames, np.float64)
         if len(z) <= self.lags:
-            raise ParameterError(f"frames must be more than {self.lags}, got {len(z)}")
+            raise ParameterError.must("frames", f"be more than {self.lags}", len(z))
         rotations, root = self.lattice
         forward = backward = np.linalg.solve(root, z.T)  # gain, frame
         log_determinant = np.linalg.slogdet(root)[1]
@@ -266,7 +266,7 @@ def stretch_difference(spectrum: Array, frequency: Array, factor: float, rate: f
 def check_rate_of_noise(rate: float) -> None:
     """Refuse a ``rate`` (Hz) below `LEAST_RATE`."""
     if rate < LEAST_RATE:
-        raise ParameterError(f"rate must be at least {LEAST_RATE:g} Hz for modulated noise, got {rate:g}")
+        raise ParameterError.must("rate", f"be at least {LEAST_RATE:g} Hz for modulated noise", rate)
 
 
 def band_edges(rate: float) -> Array:

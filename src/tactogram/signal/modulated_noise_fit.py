@@ -227,7 +227,7 @@ def _check(signals: Sequence[Signal], lags: int) -> None:
     if not signals:
         raise ParameterError("a fit needs at least one recording")
     if lags < 1:
-        raise ParameterError(f"lags must be >= 1, got {lags}")
+        raise ParameterError.must("lags", "be >= 1", lags)
     first = signals[0]
     check_rate_of_noise(first.rate)
     for signal in signals:

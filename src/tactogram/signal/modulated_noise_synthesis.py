@@ -188,7 +188,7 @@ def synthesise_modulated_noise(
     them, and so are not streamed.
     """
     if not (seconds > 0 and np.isfinite(seconds)):
-        raise ParameterError(f"seconds must be > 0, got {seconds}")
+        raise ParameterError.must("seconds", "be > 0", seconds)
     axes, rate, count = len(model.axes), model.rate, max(1, round(seconds * model.rate))
     gains, white, wander = np.random.default_rng(seed).spawn(3)
     noise = np.empty((axes, count))

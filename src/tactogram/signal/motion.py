@@ -66,7 +66,7 @@ class Motion:
     def lasting(self, seconds: float | None) -> float:
         """Return ``seconds``, by default all; raise `ParameterError` if the motion is shorter."""
         if seconds is not None and seconds > self.seconds:
-            raise ParameterError(f"seconds must be at most the motion's {self.seconds:g}, got {seconds:g}")
+            raise ParameterError.must("seconds", f"be at most the motion's {self.seconds:g}", seconds)
         return self.seconds if seconds is None else seconds
 
     def at(self, name: str, times: ArrayLike) -> Array | None:

@@ -50,7 +50,7 @@ def detection_threshold(frequency: ArrayLike, unit: str = "m") -> NDArray[np.flo
     """
     f = np.asarray(frequency, dtype=np.float64)
     if not (np.all(f > 0) and np.all(np.isfinite(f))):
-        raise ParameterError("frequency must be > 0 Hz and finite")
+        raise ParameterError.must("frequency", "be > 0 Hz and finite")
     powers = {"m": 0, "m/s": 1, "m/s^2": 2}
     if unit not in powers:
         raise UnitError(f"a threshold is known in {', '.join(powers)}, got {unit}")
@@ -69,7 +69,7 @@ def spqi_threshold_db(frequency: ArrayLike) -> NDArray[np.float64]:
     """
     f = np.asarray(frequency, dtype=np.float64)
     if not np.all(f >= 0):
-        raise ParameterError("frequency must be >= 0 Hz")
+        raise ParameterError.must("frequency", "be >= 0 Hz")
     curve = 62 / np.log10(6 / 11) ** 2 * np.log10(f / 550 + 6 / 11) ** 2 - 77
     return np.asarray(np.minimum(curve, 0.0))
 
@@ -112,7 +112,9 @@ def _check(signal: Signal, band: tuple[float, float]) -> None:
     if signal.domain != "time":
         raise ParameterError("a signal over displacement is felt only at a speed: it must be over time")
     if not 0 < band[0] < band[1]:
-        raise ParameterError(f"band must be 0 < low < high in Hz, got {band[0]:g} {band[1]:g}")
+        raise ParameterError(
+            f"band must be 0 < low < high in Hz, got {band[0]:g} {band[1]:g}", parameter="band"
+        )
 
 
 def _weight(frequency: NDArray[np.float64], unit: str, band: tuple[float, float]) -> NDArray[np.float64]:

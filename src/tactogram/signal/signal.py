@@ -71,12 +71,12 @@ class Signal:
             samples = _frozen(samples.T)
         axes = axes or {1: ("z",), 3: ("x", "y", "z")}.get(len(samples), ())
         if len(axes) != len(samples) or len(set(axes)) != len(axes):
-            raise ParameterError(f"axes must be {len(samples)} different names, got {axes}")
+            raise ParameterError.must("axes", f"be {len(samples)} different names", axes)
         rate = check_rate(self.rate)
         if self.unit not in UNITS:
-            raise ParameterError(f"unit must be one of {', '.join(UNITS)}, got {self.unit!r}")
+            raise ParameterError.one_of("unit", UNITS, self.unit)
         if self.domain not in ("time", "displacement"):
-            raise ParameterError(f"domain must be 'time' or 'displacement', got {self.domain!r}")
+            raise ParameterError.must("domain", "be 'time' or 'displacement'", self.domain)
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "axes", axes)
         object.__setattr__(self, "rate", rate)
@@ -147,7 +147,7 @@ class Signal:
     def axis(self, name: str) -> NDArray[np.float32]:
         """Return the samples of one axis, float32, shape (time,); `ParameterError` if there is none of this name."""
         if name not in self.axes:
-            raise ParameterError(f"axis must be one of {', '.join(self.axes)}, got {name!r}")
+            raise ParameterError.one_of("axis", self.axes, name)
         samples: NDArray[np.float32] = self.samples[self.axes.index(name)]
         return samples
 
@@ -188,11 +188,13 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     try:
         array = np.asarray(samples)
     except ValueError as error:
-        raise ParameterError(f"samples must be an array (axis, time): {one_line(error)}") from None
+        raise ParameterError.must("samples", f"be an array (axis, time): {one_line(error)}") from None
     if array.ndim not in (1, 2) or array.size == 0:
-        raise ParameterError(f"samples must be (axis, time), not empty, got shape {array.shape}")
+        raise ParameterError(
+            f"samples must be (axis, time), not empty, got shape {array.shape}", parameter="samples"
+        )
     if array.dtype.kind not in "fiub":
-        raise ParameterError(f"samples must be real numbers, got dtype {array.dtype}")
+        raise ParameterError(f"samples must be real numbers, got dtype {array.dtype}", parameter="samples")
     array = np.atleast_2d(array)
     if array.dtype != np.float32 or array.flags.writeable:
         with np.errstate(over="ignore"):
@@ -200,7 +202,8 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     if not np.isfinite(array).all():
         axis, place = np.argwhere(~np.isfinite(array))[0]
         raise ParameterError(
-            f"samples must be finite, got {array[axis, place]} at axis {axis}, sample {place}"
+            f"samples must be finite, got {array[axis, place]} at axis {axis}, sample {place}",
+            parameter="samples",
         )
     array.flags.writeable = False
     return array
@@ -225,10 +228,11 @@ class Image:
         pixels = np.asarray(self.pixels)
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
             raise ParameterError(
-                f"pixels must be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}"
+                f"pixels must be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}",
+                parameter="pixels",
             )
         if self.mm_per_pixel is not None and not 0 < self.mm_per_pixel < np.inf:
-            raise ParameterError(f"mm_per_pixel must be > 0, got {self.mm_per_pixel}")
+            raise ParameterError.must("mm_per_pixel", "be > 0", self.mm_per_pixel)
         pixels = np.array(pixels)
         pixels.flags.writeable = False
         object.__setattr__(self, "pixels", pixels)

@@ -43,7 +43,7 @@ class Synthesizer:
         self, model: AutoregressiveModel, *, seed: int | np.random.Generator, glide_s: float = 0.02
     ) -> None:
         if not (glide_s >= 0 and np.isfinite(glide_s)):
-            raise ParameterError(f"glide_s must be >= 0 s, got {glide_s}")
+            raise ParameterError.must("glide_s", "be >= 0 s", glide_s)
         self._random = np.random.default_rng(seed)
         self._glide = max(1, round(glide_s * model.rate))
         self._done = self._glide
@@ -62,7 +62,7 @@ class Synthesizer:
         A `ParameterError` if ``samples`` is less than 1, or ``model`` has another rate, unit or set of axes.
         """
         if samples < 1:
-            raise ParameterError(f"samples must be >= 1, got {samples}")
+            raise ParameterError.must("samples", "be >= 1", samples)
         if model is not None and model is not self.model:
             self._turn_to(model)
         noise = self._random.standard_normal((samples, len(self.model.axes)))
@@ -101,7 +101,7 @@ class Synthesizer:
 def synthesise(model: AutoregressiveModel, seconds: float, *, seed: int | np.random.Generator) -> Signal:
     """Return ``seconds`` (at least one sample) of a texture."""
     if not (seconds > 0 and np.isfinite(seconds)):
-        raise ParameterError(f"seconds must be > 0, got {seconds}")
+        raise ParameterError.must("seconds", "be > 0", seconds)
     return Synthesizer(model, seed=seed).next(max(1, round(seconds * model.rate)))
 
 

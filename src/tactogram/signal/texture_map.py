@@ -59,7 +59,9 @@ class ConditionMap:
     def __init__(self, conditions: ArrayLike, *, triangles: ArrayLike | None = None) -> None:
         points = np.array(conditions, np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
-            raise ParameterError(f"conditions must be (condition, 2), got shape {points.shape}")
+            raise ParameterError(
+                f"conditions must be (condition, 2), got shape {points.shape}", parameter="conditions"
+            )
         known = ~np.isnan(points)
         if not np.array_equal(known.all(axis=0), known.any(axis=0)):
             raise ParameterError("a speed or force must be known for every model or for none")
@@ -132,7 +134,9 @@ class ModelMap(ConditionMap, Generic[M]):
     ) -> None:
         shape = np.shape(conditions)
         if not models or shape != (len(models), 2):
-            raise ParameterError(f"conditions must be ({len(models)} models, 2), got shape {shape}")
+            raise ParameterError(
+                f"conditions must be ({len(models)} models, 2), got shape {shape}", parameter="conditions"
+            )
         super().__init__(conditions, triangles=triangles)
         self.models = tuple(models)
 
@@ -269,7 +273,7 @@ def _simplices(points: Array, triangles: ArrayLike | None) -> tuple[NDArray[np.i
             or simplices.min() < 0
             or simplices.max() >= len(points)
         ):
-            raise ParameterError(f"triangles must be (triangle, 3) indices below {len(points)}")
+            raise ParameterError.must("triangles", f"be (triangle, 3) indices below {len(points)}")
     edges = np.unique(np.sort(simplices[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
     return edges, simplices
 

@@ -130,7 +130,9 @@ def to_uniform(
     t = _checked(times)
     x = np.atleast_2d(np.asarray(samples, dtype=np.float64))
     if x.ndim != 2 or x.shape[1] != len(t):
-        raise ParameterError(f"samples must be (axis, {len(t)}) as there are times, got shape {x.shape}")
+        raise ParameterError(
+            f"samples must be (axis, {len(t)}) as there are times, got shape {x.shape}", parameter="samples"
+        )
     timing, instants = _clocked(t)
     if instants[-1] > _MOST_MISSING * len(t) + 100:
         raise DataError(

@@ -344,7 +344,7 @@ def paired_equivalence(differences: ArrayLike, *, margin: float) -> float:
     Raises `ParameterError` if the margin is not positive.
     """
     if not margin > 0:
-        raise ParameterError(f"margin must be > 0, got {margin:g}")
+        raise ParameterError.must("margin", "be > 0", margin)
     found = summary(differences)
     if found.se == 0:
         return 0.0 if abs(found.mean) < margin else 1.0

@@ -64,7 +64,7 @@ def krippendorff_alpha(scores: ArrayLike, *, level: Level) -> float | None:
     """
     table = _table(scores)
     if level not in LEVELS:
-        raise ParameterError(f"level must be one of {', '.join(LEVELS)}, got {level!r}")
+        raise ParameterError.one_of("level", LEVELS, level)
     present = ~np.isnan(table)
     present &= present.sum(1, keepdims=True) >= 2
     values, codes = np.unique(table[present], return_inverse=True)
@@ -124,7 +124,9 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
 def _table(scores: ArrayLike) -> NDArray[np.float64]:
     table = np.asarray(scores, np.float64)
     if table.ndim != 2 or np.isinf(table).any():
-        raise ParameterError(f"scores must be finite or NaN, shape (item, rater), got shape {table.shape}")
+        raise ParameterError(
+            f"scores must be finite or NaN, shape (item, rater), got shape {table.shape}", parameter="scores"
+        )
     return table
 
 

@@ -48,7 +48,7 @@ def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", device
     from tactogram.training.averaging import AveragingStrategy
 
     if devices < 1:
-        raise ParameterError(f"devices must be >= 1, got {devices}")
+        raise ParameterError.must("devices", "be >= 1", devices)
     logging.getLogger("lightning_fabric").setLevel(
         logging.WARNING
     )  # it announces processes and number formats

@@ -131,7 +131,7 @@ class RatedImageLearner(Model):
         """Return an image that evokes ``words``, each on the scale of the training ratings."""
         check_condition(condition, needs=() if self.partial else ("words",), takes=("words",))
         if seconds is not None:
-            raise ParameterError(f"seconds must be omitted, an image has no length; got {seconds:g}")
+            raise ParameterError.must("seconds", f"be omitted, an image has no length; got {seconds:g}")
         scores = unit_scores(condition.get("words") or {}, self.kind, partial=self.partial)
         noise = child_rng(seed, "noise").standard_normal((1, self.noise_size)).astype(np.float32)
         made = self.make(noise, scores[None].astype(np.float32))

@@ -115,7 +115,7 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
         For an unknown task, a task that needs a run of your own, or a run that does something else.
     """
     if task not in _TASKS:
-        raise ParameterError(f"task must be {some_of(tuple(_TASKS), like=task)}, got {task!r}")
+        raise ParameterError.must("task", f"be {some_of(tuple(_TASKS), like=task)}", task, choices=_TASKS)
     wanted = _TASKS[task]
     chosen = wanted.shipped if run is None else run
     if chosen is None:

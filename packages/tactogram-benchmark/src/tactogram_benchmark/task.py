@@ -148,7 +148,7 @@ def find_task(name: str, folders: Sequence[Path | str] = ()) -> BenchmarkTask:
     """Return the task called ``name``; `ParameterError` if there is none."""
     tasks = available_tasks(folders)
     if name not in tasks:
-        raise ParameterError(f"task must be one of {', '.join(tasks)}, got {name!r}")
+        raise ParameterError.one_of("task", tasks, name)
     return tasks[name]
 
 

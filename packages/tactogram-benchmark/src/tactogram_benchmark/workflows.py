@@ -134,7 +134,7 @@ def run_benchmark(
             f"no task or model is called {unknown[0]!r}: `tactogram benchmark list` and `tactogram models` list them"
         )
     if seeds > (most := max(len(known[name].seeds) for name in tasks or known)):
-        raise ParameterError(f"seeds must be at most {most}, those that the tasks state, got {seeds}")
+        raise ParameterError.must("seeds", f"be at most {most}, those that the tasks state", seeds)
     work = Path(folder).resolve()
     place = Path(out).resolve() if out else work / "results"
     # A worker on another machine has not this environment.
@@ -166,8 +166,8 @@ def run_benchmark(
             for seed in opened.task.seeds[: seeds if entry == "model" or model in IGNORING else 1]
         ]
     if missing := [name for name in chosen if name not in named] if named else []:
-        raise ParameterError(
-            f"model must be one that fits these tasks ({', '.join(sorted(named))}), got {missing[0]!r}"
+        raise ParameterError.must(
+            "model", f"be one that fits these tasks ({', '.join(sorted(named))})", missing[0]
         )
     todo = [cell for cell in cells if again or not is_done(cell, known[cell.task])]
     todo.sort(key=lambda cell: cell.seed)  # interrupted, it leaves every model with as many seeds
@@ -234,7 +234,7 @@ def rank_results(
 
     suffix = Path(out).suffix if out else ".md"
     if suffix not in (".md", ".html", ".json"):
-        raise ParameterError(f"out must end with .md, .html or .json, got {out}")
+        raise ParameterError.must("out", "end with .md, .html or .json", out)
     folders = [Path(folder) for folder in results]
     tasks = available_tasks(task_folders)
     measured = read_results(folders)

@@ -123,9 +123,9 @@ class AnalysisPlan:
         if self.targets is not None and self.reference is not None:
             raise ParameterError("targets and reference exclude each other, got both")
         if not 0 < self.alpha <= 0.2:
-            raise ParameterError(f"alpha must be > 0 and at most 0.2, got {self.alpha:g}")
+            raise ParameterError.must("alpha", "be > 0 and at most 0.2", self.alpha)
         if self.draws < 100:
-            raise ParameterError(f"draws must be at least 100 for an interval of 95 %, got {self.draws}")
+            raise ParameterError.must("draws", "be at least 100 for an interval of 95 %", self.draws)
 
 
 @dataclass(frozen=True)

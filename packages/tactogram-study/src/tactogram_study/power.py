@@ -86,7 +86,7 @@ class PowerMethod:
         if assumed.items:
             raise ParameterError(f"items: this design compares no items with each other, got {assumed.items}")
         if assumed.trial_sd == 0:
-            raise ParameterError("trial_sd must be > 0, got 0")
+            raise ParameterError("trial_sd must be > 0, got 0", parameter="trial_sd")
 
     def notes(self) -> list[str]:
         """Return sentences on the columns of this method."""
@@ -113,7 +113,8 @@ class Shares(PowerMethod):
         if not (0 < assumed.effect < 1 and assumed.margin < 0.5):
             raise ParameterError(
                 "effect must be a share between 0 and 1 and margin below 0.5, "
-                f"got {assumed.effect:g} and {assumed.margin:g}"
+                f"got {assumed.effect:g} and {assumed.margin:g}",
+                parameter="effect",
             )
 
 
@@ -270,7 +271,10 @@ def power_table(
     is out of range.
     """
     if simulations < 100 or not 0 < alpha < 0.5:
-        raise ParameterError(f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}")
+        raise ParameterError(
+            f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}",
+            parameter="simulations",
+        )
     _check(assumed)
     method.check(assumed)
     rng = np.random.default_rng(seed)
@@ -314,13 +318,13 @@ def _equivalence_from(
 def _check(assumed: PowerAssumptions) -> None:
     """Raise `ParameterError` for sizes and spreads out of range."""
     if min(assumed.participants) < 2:
-        raise ParameterError(f"participants must be 2 or more, got {min(assumed.participants)}")
+        raise ParameterError.must("participants", "be 2 or more", min(assumed.participants))
     if max(assumed.participants) > MOST_PARTICIPANTS:
-        raise ParameterError(
-            f"participants must be {MOST_PARTICIPANTS} or fewer, got {max(assumed.participants)}"
+        raise ParameterError.must(
+            "participants", f"be {MOST_PARTICIPANTS} or fewer", max(assumed.participants)
         )
     if not 1 <= min(assumed.trials) <= max(assumed.trials) <= MOST_TRIALS:
-        raise ParameterError(f"trials must be from 1 to {MOST_TRIALS}, got {min(assumed.trials)}")
+        raise ParameterError.must("trials", f"be from 1 to {MOST_TRIALS}", min(assumed.trials))
     for name in ("effect", "person_sd", "trial_sd", "margin"):
         if not math.isfinite(getattr(assumed, name)):
             raise ParameterError(f"{name} must be finite, got {getattr(assumed, name)}")

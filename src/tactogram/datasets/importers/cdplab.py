@@ -50,7 +50,7 @@ def find(
     """Return an item per worksheet."""
     check_positive(rate=rate, per_mm=per_mm)
     if parse_unit(str(speed_unit))[0] != "m/s":
-        raise ParameterError(f"speed_unit must be a unit of speed, such as mm/s, got {speed_unit!r}")
+        raise ParameterError.must("speed_unit", "be a unit of speed, such as mm/s", speed_unit)
     paths = sorted(path for path in folder.rglob("*.xlsx") if path.parent.name in FOLDERS)
     if not paths:
         raise DataError(f"{folder}: must hold multidata/NAME.xlsx, or xlsx/NAME.xlsx, found neither")

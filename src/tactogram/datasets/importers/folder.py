@@ -91,7 +91,9 @@ def find(
     defaults = _options(unit, rate, axes, stream)
     if mapping is not None:
         if not isinstance(mapping, TableMapping):
-            raise ParameterError(f"mapping must be a TableMapping, got {mapping!r}; read_mapping reads one")
+            raise ParameterError.must(
+                "mapping", "be a TableMapping", mapping, remedy="read_mapping reads one"
+            )
         defaults["layouts"] = mapping.layout
     signals, _ = _signals(folder)
     found_takes = takes(signals)
@@ -223,12 +225,10 @@ def read(item: ImportItem) -> list[Recording | LeftOut]:
 
 def _pattern(path: str, material_from: str) -> PathPattern | None:
     if material_from and material_from not in MATERIAL_FROM:
-        raise ParameterError(
-            f"material_from must be one of {', '.join(MATERIAL_FROM)}, got {material_from!r}"
-        )
+        raise ParameterError.one_of("material_from", MATERIAL_FROM, material_from)
     if path and material_from:
-        raise ParameterError(
-            "path must be omitted with `material_from`, which is a short spelling of patterns"
+        raise ParameterError.must(
+            "path", "be omitted with `material_from`, which is a short spelling of patterns"
         )
     return PathPattern(str(path)) if path else None
 

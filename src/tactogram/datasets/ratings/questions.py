@@ -267,12 +267,12 @@ class RatingColumns:
         try:
             "".encode(self.encoding or "utf-8")  # refuses codecs that are not for text
         except LookupError:
-            raise ParameterError(f"encoding must be one that Python knows, got {self.encoding!r}") from None
+            raise ParameterError.must("encoding", "be one that Python knows", self.encoding) from None
         try:
             self.item.format("1")
         except (IndexError, KeyError, ValueError):
-            raise ParameterError(
-                f"item must have a place for the cell, such as plate{{:0>2}}, got {self.item!r}"
+            raise ParameterError.must(
+                "item", "have a place for the cell, such as plate{:0>2}", self.item
             ) from None
 
     @property

@@ -142,11 +142,12 @@ class Ratings:
         fill(self, "session", tuple(self.session) or ("",) * count)
         fill(self, "words", tuple(self.words) or tuple(dict.fromkeys(self.word)))
         if len(set(self.words)) != len(self.words):
-            raise ParameterError(f"words must differ, got {', '.join(self.words)}")
+            raise ParameterError.must("words", "differ", ", ".join(self.words))
         columns: tuple[Any, ...] = (self.item, self.word, self.score, self.order, self.session)
         if any(len(column) != count for column in columns):
             raise ParameterError(
-                f"columns must be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}"
+                f"columns must be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}",
+                parameter="columns",
             )
         if not count:
             raise DataError("ratings must have a row, got none")
@@ -214,7 +215,7 @@ class Ratings:
     def rated(self, item: str) -> ItemRatings:
         """Return the ratings of one item as 0 to 1, for learners; `ParameterError` if it was not rated."""
         if item not in self:
-            raise ParameterError(f"item must be one of the {len(self.items)} that were rated, got {item!r}")
+            raise ParameterError.must("item", f"be one of the {len(self.items)} that were rated", item)
         scores = self.cube[self._place[item]]
         who = ~np.isnan(scores).all(1)
         raters = tuple(name for name, has in zip(self.raters, who, strict=True) if has)

@@ -152,19 +152,17 @@ def tasks(
         raise ParameterError(f"{set_name} holds images alone; omit seconds, rate and speeds")
     speeds = facts.speeds_mm_s if speeds_mm_s is None else tuple(speeds_mm_s)
     if takes < 1:
-        raise ParameterError(f"per_class must be at least 1, got {takes}")
+        raise ParameterError.must("per_class", "be at least 1", takes)
     if not 0.1 <= length <= 3600:
-        raise ParameterError(f"seconds must be 0.1 to 3600, got {length:g}")
+        raise ParameterError.must("seconds", "be 0.1 to 3600", length)
     if not 50 <= hertz <= 20_000:
-        raise ParameterError(f"rate must be 50 to 20000 Hz, got {hertz:g}")
+        raise ParameterError.must("rate", "be 50 to 20000 Hz", hertz)
     if speeds_mm_s is not None and (not speeds or not all(1 <= speed <= 2000 for speed in speeds)):
-        raise ParameterError(
-            f"speeds must be 1 to 2000 mm/s each, got {', '.join(map('{:g}'.format, speeds))}"
-        )
+        raise ParameterError.must("speeds", "be 1 to 2000 mm/s each", ", ".join(map("{:g}".format, speeds)))
     if len(set(speeds)) < len(speeds):
-        raise ParameterError(f"speeds must differ, got {', '.join(map('{:g}'.format, speeds))}")
+        raise ParameterError.must("speeds", "differ", ", ".join(map("{:g}".format, speeds)))
     if seed < 0:
-        raise ParameterError(f"seed must be >= 0, got {seed}")
+        raise ParameterError.must("seed", "be >= 0", seed)
     if not facts.speeds_mm_s:
         return _tasks_of_any_speed(set_name, seed, surfaces, takes, speeds, length, hertz, own_images)
     return [
@@ -204,7 +202,7 @@ def _tasks_of_any_speed(
 def surface_count(set_name: str, random: int | None = None) -> int:
     """Return the number of surfaces of a set, of which `RANDOM` has ``random``."""
     if random is not None and (set_name != RANDOM or random < 1):
-        raise ParameterError(f"random must be at least 1, of {RANDOM}; got {random} of {set_name}")
+        raise ParameterError.must("random", f"be at least 1, of {RANDOM}; got {random} of {set_name}")
     return (random or RANDOM_SURFACES) if set_name == RANDOM else len(_set(set_name).surfaces)
 
 

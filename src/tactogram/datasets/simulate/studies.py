@@ -76,7 +76,7 @@ def study(
     of surfaces drawn at random, and ``each`` maps a function over them, in several processes perhaps.
     """
     if signals is not None and (set_name != "ultrasonic" or signals < 1):
-        raise ParameterError(f"signals must be at least 1, of ultrasonic; got {signals} of {set_name}")
+        raise ParameterError.must("signals", f"be at least 1, of ultrasonic; got {signals} of {set_name}")
     if set_name not in RATERS:
         if raters is not None:
             raise ParameterError(f"{set_name} has no ratings; raters must be of {', '.join(RATERS)}")
@@ -95,7 +95,7 @@ def study(
         return SimulatedStudyData((), (), score_surfaces(cues, people, seed=seed))
     count = PER_FAMILY if per_class is None else per_class
     if count < 1:
-        raise ParameterError(f"per_class must be at least 1, got {count}")
+        raise ParameterError.must("per_class", "be at least 1", count)
     made = [tactile_image(family, number, seed=seed) for number in range(count) for family in FAMILIES]
     # Shuffled, so that neither an item's name nor its set reveals its family.
     order = np.random.default_rng([seed, len(made)]).permutation(len(made))

@@ -172,7 +172,7 @@ class Split:
 
     def _check_photographs(self) -> None:
         if unknown := sorted(self.photographs.keys() - self.parts.keys()):
-            raise ParameterError(f"photographs must be of {', '.join(self.parts)}, got {', '.join(unknown)}")
+            raise ParameterError.must("photographs", f"be of {', '.join(self.parts)}", ", ".join(unknown))
         by_key: dict[str, list[tuple[str, Region]]] = defaultdict(list)
         for part, regions in self.photographs.items():
             for region in regions:

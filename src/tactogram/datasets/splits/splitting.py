@@ -73,7 +73,7 @@ def split_last(
     recordings is a `ParameterError`.
     """
     if n < 1 or validation < 0:
-        raise ParameterError(f"n must be >= 1 and validation >= 0, got {n} and {validation}")
+        raise ParameterError(f"n must be >= 1 and validation >= 0, got {n} and {validation}", parameter="n")
     infos = list(index)
     parts: dict[str, list[str]] = {"train": [], "test": [], "validation": []}
     for material, members in _strata(sorted(infos, key=natural_order), label).items():
@@ -106,9 +106,9 @@ def kfold(
     Raises `ParameterError` if there are fewer recordings of a class, or groups, than folds.
     """
     if folds < 2:
-        raise ParameterError(f"folds must be >= 2, got {folds}")
+        raise ParameterError.must("folds", "be >= 2", folds)
     if not 0 <= validation < 1:
-        raise ParameterError(f"validation must be >= 0 and below 1, got {validation}")
+        raise ParameterError.must("validation", "be >= 0 and below 1", validation)
     infos = list(index)
     random = np.random.default_rng(seed)
     strata = _strata(infos, label) if by == "recording" else {"": _members(infos, by)}
@@ -147,9 +147,9 @@ def contiguous_blocks(
     Raises `ParameterError` if a recording is too short to leave anything for training.
     """
     if blocks < 2:
-        raise ParameterError(f"blocks must be >= 2, got {blocks}")
+        raise ParameterError.must("blocks", "be >= 2", blocks)
     if not 0 <= gap_s < math.inf:
-        raise ParameterError(f"gap_s must be >= 0, got {gap_s}")
+        raise ParameterError.must("gap_s", "be >= 0", gap_s)
     infos = list(index)
     splits = []
     for block in range(blocks):
@@ -188,7 +188,7 @@ def _strata(infos: Sequence[RecordingInfo], label: Label) -> dict[str, dict[str,
 
 def _members(infos: Sequence[RecordingInfo], by: By) -> dict[str, list[str]]:
     if by not in get_args(By):
-        raise ParameterError(f"by must be one of {', '.join(get_args(By))}, got {by!r}")
+        raise ParameterError.one_of("by", get_args(By), by)
     members: dict[str, list[str]] = defaultdict(list)
     for info in infos:
         members[_group(info, by)].append(info.id)

@@ -28,7 +28,7 @@ def stacked(infos: Sequence[RecordingInfo], signals: Sequence[Signal], by: str) 
     """Return signals of one length, each of a recording, as arrays; see `Store.to_numpy`."""
     if len(kinds := sorted({(signal.rate, signal.axes) for signal in signals})) > 1:
         told = "; ".join(f"{rate:g} of {','.join(axes)}" for rate, axes in kinds)
-        raise ParameterError(f"recordings must have one rate and the same axes, got {told}")
+        raise ParameterError.must("recordings", "have one rate and the same axes", told)
     groups = [getattr(info, by) for info in infos]
     return StoreArrays(
         np.stack([signal.samples for signal in signals]),
@@ -49,7 +49,7 @@ def common_lengths(held: Sequence[int], rates: Sequence[float], seconds: float |
             )
         return list(held)
     if not 0 < seconds <= min(lasting) * (1 + 1e-9):
-        raise ParameterError(
-            f"seconds must be above 0 and at most {min(lasting):g}, the shortest recording; got {seconds:g}"
+        raise ParameterError.must(
+            "seconds", f"be above 0 and at most {min(lasting):g}, the shortest recording; got {seconds:g}"
         )
     return [max(1, round(seconds * rate)) for rate in rates]

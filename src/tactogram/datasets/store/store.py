@@ -186,7 +186,9 @@ class Store:
         length = int(shard.lengths[stream][row])
         first, last, _ = slice(start, stop).indices(length)
         if last <= first:
-            raise ParameterError(f"samples must lie in 0 to {length} of {id}, got {start} to {stop}")
+            raise ParameterError(
+                f"samples must lie in 0 to {length} of {id}, got {start} to {stop}", parameter="samples"
+            )
         facts, axes = self.streams[stream], shard.axes[stream][row]
         samples = np.stack([shard.read(axis_column(stream, axis), row, first, last) for axis in axes])
         samples.flags.writeable = False
@@ -229,12 +231,10 @@ class Store:
             If the recordings differ in length, rate or axes, or there is no such stream or field.
         """
         if by not in RecordingInfo.__dataclass_fields__:
-            raise ParameterError(
-                f"by must be a field of the recordings, such as session or subject, got {by!r}"
-            )
+            raise ParameterError.must("by", "be a field of the recordings, such as session or subject", by)
         stream = stream or Preparation().stream_of(list(self.streams))
         if stream not in self.streams:
-            raise ParameterError(f"stream must be one of {', '.join(self.streams)}, got {stream!r}")
+            raise ParameterError.one_of("stream", self.streams, stream)
         infos = [info for info in self.index if stream in self.streams_of(info.id)]
         held = [self.length(info.id, stream) for info in infos]
         lengths = common_lengths(held, [self.rate(info.id, stream) for info in infos], seconds)
@@ -295,7 +295,7 @@ class Store:
     def _found(self, id: str) -> tuple[int, int]:
         found = self._places.find(id)
         if found is None:
-            raise ParameterError(f"recording must be one of the {len(self)} in {self.path}, got {id!r}")
+            raise ParameterError.must("recording", f"be one of the {len(self)} in {self.path}", id)
         return found
 
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:

@@ -282,9 +282,9 @@ def _other_materials(train: BySet, test: BySet, pieces: PiecePlan) -> dict[str, 
 
 def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
     if MODEL not in sets:
-        raise ParameterError(f"sets must hold {MODEL!r}, got {', '.join(sets) or 'none'}")
+        raise ParameterError.must("sets", f"hold {MODEL!r}", ", ".join(sets) or "none")
     if not test:
-        raise ParameterError("test must hold a recording, got none")
+        raise ParameterError("test must hold a recording, got none", parameter="test")
     for name, part in {TEST: test, "train": train, **sets}.items():
         for material in test:
             if not part.get(material):
@@ -296,4 +296,6 @@ def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
         for s in part[material]
     }
     if len(kinds) != 1:
-        raise ParameterError(f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds")
+        raise ParameterError(
+            f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
+        )

@@ -54,9 +54,11 @@ def transfer_accuracy(
     """
     untrained = sorted(set(tested) - set(trained))
     if len(trained) < 2 or not tested or untrained:
-        raise ParameterError(
-            "trained must hold at least two materials and all of tested, got "
-            f"{', '.join(sorted(trained)) or 'none'}; lacks {', '.join(untrained) or 'none'}"
+        raise ParameterError.must(
+            "trained",
+            "hold at least two materials and all of tested",
+            ", ".join(sorted(trained)) or "none",
+            remedy=f"lacks {', '.join(untrained) or 'none'}",
         )
     check_alike(*trained.values(), *tested.values())
     signals = [signal for members in trained.values() for signal in members]

@@ -78,7 +78,7 @@ def precision_recall_density_coverage(real: ArrayLike, made: ArrayLike, k: int =
     metrics for generative models", ICML 2020, with the expectations above for equally many points.
     """
     if k < 1:
-        raise ParameterError(f"k must be >= 1, got {k}")
+        raise ParameterError.must("k", "be >= 1", k)
     a, b = _points(real, made, fewest=k + 1)
     reach_a, reach_b = _reach(a, k), _reach(b, k)
     in_any_real = np.zeros(len(b), bool)
@@ -173,12 +173,13 @@ def _points(
     a, b = (np.asarray(points, dtype=np.float64) for points in (one, other))
     if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1]:
         raise ParameterError(
-            f"points must be (point, feature) with equally many features, got {a.shape} and {b.shape}"
+            f"points must be (point, feature) with equally many features, got {a.shape} and {b.shape}",
+            parameter="points",
         )
     if min(len(a), len(b)) < fewest:
         raise ParameterError(f"both sets must have at least {fewest} points, got {len(a)} and {len(b)}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise ParameterError("points must be finite, got NaN or infinity")
+        raise ParameterError("points must be finite, got NaN or infinity", parameter="points")
     centre = (a.mean(axis=0) + b.mean(axis=0)) / 2
     return a - centre, b - centre
 
@@ -219,6 +220,6 @@ def _numbered(groups: Sequence[object] | None, count: int) -> NDArray[np.int64]:
     if groups is None:
         return np.arange(count)
     if len(groups) != count:
-        raise ParameterError(f"groups must be one per point ({count}), got {len(groups)}")
+        raise ParameterError.must("groups", f"be one per point ({count})", len(groups))
     numbers = {group: number for number, group in enumerate(dict.fromkeys(groups))}
     return np.array([numbers[group] for group in groups])

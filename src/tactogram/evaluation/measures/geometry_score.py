@@ -52,9 +52,7 @@ def relative_living_times(points: Array, *, draws: int = DRAWS, seed: int = 0) -
         ) from None
     points = np.asarray(points, np.float64)
     if points.ndim != 2 or len(points) < LANDMARKS:
-        raise ParameterError(
-            f"points must be (point, coordinate) of at least {LANDMARKS}, got {points.shape}"
-        )
+        raise ParameterError.must("points", f"be (point, coordinate) of at least {LANDMARKS}", points.shape)
     random = np.random.default_rng(seed)
     times = np.zeros(MOST)
     for _ in range(draws):

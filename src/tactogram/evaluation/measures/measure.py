@@ -72,9 +72,9 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
     shorter than a piece, are dropped. ``seconds`` is rounded to whole samples.
     """
     if not (seconds > 0 and np.isfinite(seconds)):
-        raise ParameterError(f"seconds must be > 0 and finite, got {seconds}")
+        raise ParameterError.must("seconds", "be > 0 and finite", seconds)
     if count is not None and count < 1:
-        raise ParameterError(f"count must be >= 1, got {count}")
+        raise ParameterError.must("count", "be >= 1", count)
     pieces = []
     for signal in signals:
         length = round(seconds * _over_time(signal).rate)
@@ -102,10 +102,15 @@ def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
     every = [signal for members in sets for signal in members]
     kinds = {(s.rate, s.unit, s.axes) for s in every}
     if len(kinds) != 1:
-        raise ParameterError(f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds")
+        raise ParameterError(
+            f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
+        )
     for signal in every:
         if _over_time(signal).seconds < shortest_s * (1 - 1e-9):
-            raise ParameterError(f"signals must last at least {shortest_s:g} s, got {signal.seconds:.3g} s")
+            raise ParameterError(
+                f"signals must last at least {shortest_s:g} s, got {signal.seconds:.3g} s",
+                parameter="signals",
+            )
     return every[0]
 
 
@@ -126,5 +131,5 @@ def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
 
 def _over_time(signal: Signal) -> Signal:
     if signal.domain != "time":
-        raise ParameterError("signals must be over time, got one over displacement")
+        raise ParameterError("signals must be over time, got one over displacement", parameter="signals")
     return signal

@@ -72,7 +72,7 @@ def power_spectra(signals: Sequence[Signal]) -> Spectra:
     rate = signals[0].rate
     length = round(SEGMENT_S * rate)
     if length < 4:
-        raise ParameterError(f"rate must be at least {4 / SEGMENT_S:g} Hz for a spectrum, got {rate:g}")
+        raise ParameterError.must("rate", f"be at least {4 / SEGMENT_S:g} Hz for a spectrum", rate)
     powers, independent = [], []
     for stack in stacks(signals):
         frequency, power = welch(stack, rate, nperseg=length, axis=-1)
@@ -98,7 +98,8 @@ def check_band(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDA
     inside = (frequency >= band[0]) & (frequency <= band[1])
     if not inside.any():
         raise ParameterError(
-            f"band must hold a frequency below {frequency[-1]:g} Hz, got {band[0]:g} {band[1]:g} Hz"
+            f"band must hold a frequency below {frequency[-1]:g} Hz, got {band[0]:g} {band[1]:g} Hz",
+            parameter="band",
         )
     return inside
 
@@ -167,7 +168,7 @@ def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float6
     ``per_octave`` is approximate: the number of bands is rounded. float64, shape (band + 1,), Hz.
     """
     if not 0 < low < high:
-        raise ParameterError(f"band must be 0 < low < high in Hz, got {low:g} {high:g}")
+        raise ParameterError(f"band must be 0 < low < high in Hz, got {low:g} {high:g}", parameter="band")
     bands = max(1, round(np.log2(high / low) * per_octave))
     return np.geomspace(low, high, bands + 1)
 
@@ -182,7 +183,7 @@ def felt_edges(rate: float, *, per_octave: int = 3) -> NDArray[np.float64]:
 def check_felt(rate: float) -> None:
     """Refuse a ``rate`` in Hz that is too low for vibration."""
     if rate / 2 <= FELT_HZ[0]:
-        raise ParameterError(f"rate must be above {2 * FELT_HZ[0]:g} Hz to hold vibration, got {rate:g}")
+        raise ParameterError.must("rate", f"be above {2 * FELT_HZ[0]:g} Hz to hold vibration", rate)
 
 
 def band_sums(

@@ -144,7 +144,7 @@ def mixing_figure(
     ``start`` are 1 - those of ``end`` by default. Raises `ParameterError` if the number of steps differs.
     """
     if len(steps) != len(ladder.weights):
-        raise ParameterError(f"steps must be {len(ladder.weights)} as in the ladder, got {len(steps)}")
+        raise ParameterError.must("steps", f"be {len(ladder.weights)} as in the ladder", len(steps))
     first = check_alike(steps)
     below = 1 - ladder.weights if start_weights is None else np.asarray(start_weights, float)
     rows = len(first.axes)

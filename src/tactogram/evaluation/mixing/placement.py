@@ -171,7 +171,7 @@ def positions(
     """
     w = np.linspace(0, 1, len(steps)) if weights is None else np.asarray(weights, np.float64)
     if w.shape != (len(steps),) or len(w) < 2 or not (np.isfinite(w).all() and (np.diff(w) > 0).all()):
-        raise ParameterError(f"weights must be {max(2, len(steps))} rising numbers, got {w.tolist()}")
+        raise ParameterError.must("weights", f"be {max(2, len(steps))} rising numbers", w.tolist())
     groups = (start, end, *steps)
     if min(map(len, groups)) < 2:
         raise ParameterError("each end and each step must have at least 2 signals: one has no spread")

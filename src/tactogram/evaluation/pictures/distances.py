@@ -267,7 +267,7 @@ class ImageSpread:
 def mean_distance(images: Images) -> float:
     """Return the root mean square difference of two images, mean over all pairs; `ParameterError` below 2 images."""
     if len(images) < 2:
-        raise ParameterError(f"images must be at least 2 to differ, got {len(images)}")
+        raise ParameterError.must("images", "be at least 2 to differ", len(images))
     flat = images.reshape(len(images), -1)
     return float(pdist(flat).mean() / np.sqrt(flat.shape[1]))
 

@@ -99,8 +99,8 @@ def worst_cases(
     """
     values = np.asarray(errors, np.float64)
     if values.shape != (len(materials),) or not np.isfinite(values).all():
-        raise ParameterError(
-            f"errors must be finite and as many as cases ({len(materials)}), got {values.shape}"
+        raise ParameterError.must(
+            "errors", f"be finite and as many as cases ({len(materials)})", values.shape
         )
     worst: dict[str, int] = {}
     for place in np.argsort(-values, kind="stable"):

@@ -109,5 +109,5 @@ def _cut(signal: Signal, picture: SpectrogramPicture) -> Signal:
     if len(signal.axes) != 1:
         raise ParameterError(f"a picture is of one axis, got {','.join(signal.axes)}")
     if len(signal) < picture.length:
-        raise ParameterError(f"signals must have {picture.length} samples, got {len(signal)}")
+        raise ParameterError.must("signals", f"have {picture.length} samples", len(signal))
     return signal.cut(0, picture.length)

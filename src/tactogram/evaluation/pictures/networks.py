@@ -147,11 +147,13 @@ def check_pictures(*sets: Tensor, paired: bool = False) -> None:
     """Check that sets are (picture, 1 or 3, rows, columns) in [-1, 1], and, if ``paired``, of one shape."""
     for pictures in sets:
         if pictures.ndim != 4 or pictures.shape[1] not in (1, 3) or not len(pictures):
-            raise ParameterError(
-                f"pictures must be (picture, 1, rows, columns), or 3 for colours, got {tuple(pictures.shape)}"
+            raise ParameterError.must(
+                "pictures", "be (picture, 1, rows, columns), or 3 for colours", tuple(pictures.shape)
             )
         if not bool((pictures.abs() <= 1 + 1e-6).all()):
-            raise ParameterError("pictures must be finite and in -1..1, got a value that is not")
+            raise ParameterError(
+                "pictures must be finite and in -1..1, got a value that is not", parameter="pictures"
+            )
     if paired and len({pictures.shape for pictures in sets}) > 1:
         shapes = " and ".join(str(tuple(pictures.shape)) for pictures in sets)
         raise ParameterError(f"pairs need as many pictures of one size, got {shapes}")

@@ -254,14 +254,14 @@ class FrictGANLearner(AdversarialNetworks, Model):
                 "speed_mm_s: this run's signals are over time, at the speeds of its recordings; omit it"
             )
         if speed is not None and not (np.isfinite(speed) and speed > 0):
-            raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
+            raise ParameterError.must("speed_mm_s", "be > 0", speed)
         if seconds is not None and over_displacement and speed is None:
             raise ParameterError(
                 "seconds of a signal over displacement need a speed: give speed_mm_s, or omit them"
             )
         image = condition["image"]
         if not isinstance(image, Image):
-            raise ParameterError(f"image must be a photograph (Image), got {type(image).__name__}")
+            raise ParameterError.must("image", "be a photograph (Image)", type(image).__name__)
         if self.mm_per_pixel is not None:
             image = scaled(image, self.mm_per_pixel)
         rate = self.rate_of(image)
@@ -314,7 +314,8 @@ class FrictGANLearner(AdversarialNetworks, Model):
         latent = np.asarray(condition["latent"], np.float32)
         if latent.shape != (self.config.noise,) or not np.isfinite(latent).all() or not self.config.noise:
             raise ParameterError(
-                f"latent must be {self.config.noise} finite numbers, as drawn from N(0, 1), got shape {latent.shape}"
+                f"latent must be {self.config.noise} finite numbers, as drawn from N(0, 1), got shape {latent.shape}",
+                parameter="latent",
             )
         return torch.from_numpy(latent)
 

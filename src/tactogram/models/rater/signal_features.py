@@ -37,7 +37,7 @@ def edges(rate: float) -> NDArray[np.float64]:
     Raises `ParameterError` if the rate is below `LOWEST_RATE`.
     """
     if rate < LOWEST_RATE:
-        raise ParameterError(f"rate must be at least {LOWEST_RATE:g} Hz to be rated by, got {rate:g}")
+        raise ParameterError.must("rate", f"be at least {LOWEST_RATE:g} Hz to be rated by", rate)
     return band_edges(LOWEST_HZ, min(HIGHEST_HZ, rate / 2), per_octave=PER_OCTAVE)
 
 

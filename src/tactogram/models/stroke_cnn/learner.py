@@ -212,8 +212,8 @@ class StrokeCNNLearner(Model):
         self.kind.check(signal)
         window = self.config.window
         if len(signal) < window:
-            raise ParameterError(
-                f"signal must have at least {window} samples at {signal.rate:g} Hz, got {len(signal)}"
+            raise ParameterError.must(
+                "signal", f"have at least {window} samples at {signal.rate:g} Hz", len(signal)
             )
         hop = self.config.hop_samples
         x = np.lib.stride_tricks.sliding_window_view(signal.samples, window, axis=1)[:, ::hop]  # A, W, T

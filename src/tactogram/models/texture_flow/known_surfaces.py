@@ -195,7 +195,8 @@ class KnownSurfaces:
         if surface is None:
             raise ParameterError(
                 f"recordings must have at least {self.spectra.samples(2)} samples, got none of {name}; "
-                f"shorten config.{self.spectra.window}"
+                f"shorten config.{self.spectra.window}",
+                parameter="recordings",
             )
         return surface
 

@@ -116,7 +116,7 @@ class SignalFlow(FlowLearner):
         self.known.check_contactors(condition)
         motion = condition.get("motion")
         if motion is not None and not isinstance(motion, Motion):
-            raise ParameterError(f"motion must be a Motion, got {type(motion).__name__}")
+            raise ParameterError.must("motion", "be a Motion", type(motion).__name__)
         vibration = condition.get("vibration")
         if vibration is not None and vibration.unit != self.kind.unit:
             gain = self.rms / max(rms(vibration), LEAST_RMS)
@@ -150,7 +150,7 @@ class SignalFlow(FlowLearner):
                 )
             return self.kind.signal(self._samples(still, None, seed=seed))
         if not (math.isfinite(speed) and speed > 0):
-            raise ParameterError(f"speed_mm_s must be > 0, got {speed}")
+            raise ParameterError.must("speed_mm_s", "be > 0", speed)
         made = self.kind.signal(self._samples(still, None if seconds is None else seconds * speed, seed=seed))
         return played(made, speed, PLAYBACK_RATE)
 

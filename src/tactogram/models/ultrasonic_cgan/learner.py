@@ -47,8 +47,8 @@ class UltrasonicCGANLearner(Model):
         if not (kind.materials and kind.words and kind.scale):
             raise ParameterError("ultrasonic_cgan needs rated surfaces and rated signals, got none")
         if config.clusters > len(kind.materials):
-            raise ParameterError(
-                f"clusters must be at most the {len(kind.materials)} surfaces, got {config.clusters}"
+            raise ParameterError.must(
+                "clusters", f"be at most the {len(kind.materials)} surfaces", config.clusters
             )
         super().__init__(config, kind, seed=seed, device=device)
         self.pair = ClusterNetworks(config, words=len(kind.words), seed=seed, device=torch.device(device))

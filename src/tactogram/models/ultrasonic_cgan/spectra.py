@@ -171,11 +171,13 @@ def _amplitudes(x: NDArray[np.float64], config: Config) -> NDArray[np.float32]:
 
 def _window_length(signal: Signal, config: Config) -> int:
     if signal.domain != "time" or not float(signal.rate).is_integer() or signal.rate <= 2 * config.bins:
-        raise ParameterError(
-            f"signal must be over time, at a whole number of Hz above {2 * config.bins}; "
-            f"got {signal.rate:g} over {signal.domain}"
+        raise ParameterError.must(
+            "signal",
+            f"be over time, at a whole number of Hz above {2 * config.bins}; got {signal.rate:g} over {signal.domain}",
         )
     length = round(WINDOW_S * signal.rate)
     if len(signal) < length:
-        raise ParameterError(f"signal must last {WINDOW_S:g} s or longer, got {signal.seconds:g} s")
+        raise ParameterError(
+            f"signal must last {WINDOW_S:g} s or longer, got {signal.seconds:g} s", parameter="signal"
+        )
     return length

@@ -129,7 +129,7 @@ def tree_of(means: NDArray[np.float64], method: str) -> NDArray[np.float64]:
 def clusters_of(tree: NDArray[np.float64], count: int, *, items: int) -> NDArray[np.int64]:
     """Return the cluster of each item, shape (item,), from 0 in the order of occurrence, in a cut into ``count``."""
     if count > items:
-        raise ParameterError(f"clusters must be at most the {items} surfaces, got {count}")
+        raise ParameterError.must("clusters", f"be at most the {items} surfaces", count)
     if items == 1:
         return np.zeros(1, np.int64)
     found: NDArray[np.int64] = cut_tree(tree, n_clusters=count)[:, 0].astype(np.int64)
@@ -146,5 +146,5 @@ def nearest(means: NDArray[np.float64], scores: NDArray[np.float64]) -> tuple[in
 def _rms(spectra: NDArray[np.float32]) -> float:
     found = float(np.sqrt(np.mean(np.square(spectra, dtype=np.float64))))
     if found == 0:
-        raise ParameterError("spectra must not be all 0: the signals have nothing in the band")
+        raise ParameterError.must("spectra", "not be all 0: the signals have nothing in the band")
     return found

@@ -38,7 +38,9 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
     known = shipped()
     path = known.get(str(name), Path(name))
     if path.suffix != ".toml":
-        raise ParameterError(f"display must be one of {', '.join(known)}, or a TOML file, got {str(name)!r}")
+        raise ParameterError.must(
+            "display", f"be one of {', '.join(known)}, or a TOML file", str(name), choices=known
+        )
     return display_of(with_changes(read_toml(path), changes), where=str(path), folder=path.parent)
 
 

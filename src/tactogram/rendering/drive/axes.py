@@ -31,8 +31,11 @@ def combined(signal: Signal, how: str) -> tuple[Signal, str]:
         left_out = f", {', '.join(rest)} left out" if rest else ""
         return signal.select(how), f"axis {how} alone{left_out}"
     if how not in WAYS:
-        raise ParameterError(
-            f"axes must be one of {', '.join(WAYS)}, or of the signal's ({', '.join(signal.axes)}), got {how!r}"
+        raise ParameterError.must(
+            "axes",
+            f"be one of {', '.join(WAYS)}, or of the signal's ({', '.join(signal.axes)})",
+            how,
+            choices=(*WAYS, *signal.axes),
         )
     if how == "channels":
         return signal, f"{count} axes as they are: {', '.join(signal.axes)}"
@@ -63,7 +66,7 @@ def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str 
         one = signal.select(choice)
         return one, f"axis {choice} of {', '.join(signal.axes)}" if len(signal.axes) > 1 else None
     if choice is not None and choice not in CHOICES:
-        raise ParameterError(f"axis must be one of {', '.join((*signal.axes, *CHOICES))}, got {choice!r}")
+        raise ParameterError.one_of("axis", (*signal.axes, *CHOICES), choice)
     if len(signal.axes) == 1:
         return signal, None
     names = ", ".join(signal.axes)

@@ -208,7 +208,8 @@ def modulated(
     if target.domain != "time" or len(target.axes) != 1:
         raise ParameterError(
             "friction must be one axis over time (played along a finger's path first), got "
-            f"{len(target.axes)} over {target.domain}"
+            f"{len(target.axes)} over {target.domain}",
+            parameter="friction",
         )
     s = settings
     s.check_rate(rate, highest_hz)

@@ -125,7 +125,7 @@ def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> Fric
             f"{levels}; 0 V among them"
         )
     if not 0 < confidence < 1:
-        raise ParameterError(f"confidence must lie between 0 and 1, got {confidence}")
+        raise ParameterError.must("confidence", "lie between 0 and 1", confidence)
     u = v**2 / force
     fit = scipy.stats.linregress(u, mu)
     mu_0, slope = float(fit.intercept), float(fit.slope)

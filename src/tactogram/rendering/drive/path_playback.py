@@ -120,14 +120,13 @@ class PathPlayback:
         if texture.domain != "displacement" or len(texture.axes) != 1 or len(texture) < 2:
             raise ParameterError(
                 "texture must be one axis over displacement with at least two samples, got "
-                f"{len(texture.axes)} over {texture.domain} with {len(texture)}"
+                f"{len(texture.axes)} over {texture.domain} with {len(texture)}",
+                parameter="texture",
             )
         if not 0 < highest_hz <= 0.45 * rate:
-            raise ParameterError(
-                f"highest_hz must be above 0 and at most {0.45 * rate:g}, got {highest_hz:g}"
-            )
+            raise ParameterError.must("highest_hz", f"be above 0 and at most {0.45 * rate:g}", highest_hz)
         if not (hysteresis_mm >= 0 and math.isfinite(hysteresis_mm)):
-            raise ParameterError(f"hysteresis_mm must be 0 or more, got {hysteresis_mm}")
+            raise ParameterError.must("hysteresis_mm", "be 0 or more", hysteresis_mm)
         x = texture.samples
         mirrored = np.concatenate([x, x[:, -2:0:-1]], axis=1)
         copies = band_limited(mirrored, copy_count(texture.rate, 2 * highest_hz))

@@ -25,7 +25,7 @@ def safe(drive: Signal, display: Display, *, faded: bool = False) -> tuple[Signa
     """
     expected = (display.rate, display.unit, display.channels)
     if (drive.rate, drive.unit, drive.axes) != expected:
-        raise ParameterError(f"drive must be {expected}, got {(drive.rate, drive.unit, drive.axes)}")
+        raise ParameterError.must("drive", f"be {expected}", (drive.rate, drive.unit, drive.axes))
     x = drive.samples.astype(np.float64)
     outside = int(np.count_nonzero((x > display.limit) | (x < display.floor)))
     x = np.clip(x, display.floor, display.limit)
@@ -116,7 +116,7 @@ class DriveGuard:
         ``fault``.
         """
         if block.ndim != 2 or len(block) != len(self.display.channels):
-            raise ParameterError(f"block must be ({len(self.display.channels)}, time), got {block.shape}")
+            raise ParameterError.must("block", f"be ({len(self.display.channels)}, time)", block.shape)
         if self.fault is None and not np.isfinite(block).all():
             self.fault = "a block contains NaN or infinity"
         if self.fault is not None:

@@ -55,10 +55,12 @@ def exponential_sweep(
         )
     low, high = band or display.band or (10.0, 0.45 * display.rate)
     if not 0 < low < high < display.rate / 2:
-        raise ParameterError(f"band must be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}")
+        raise ParameterError(
+            f"band must be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}", parameter="band"
+        )
     low, high = low * WIDER[0], max(high, min(high * WIDER[1], 0.45 * display.rate))
     if not 0 < level <= 1:
-        raise ParameterError(f"level must be a share of the limit in 0 to 1, got {level:g}")
+        raise ParameterError.must("level", "be a share of the limit in 0 to 1", level)
     if not (seconds * low >= 4 and silence_s >= 0):
         raise ParameterError(f"the sweep must last 4 periods of {low:g} Hz or more, got {seconds:g} s")
     if display.floor >= display.rest and display.floor > -display.limit * level:
@@ -106,8 +108,8 @@ def identify(
     if len(played.axes) != 1 or any(len(r.axes) != 1 for r in (recorded, *repeats)):
         raise ParameterError("identify takes one played channel and one recorded axis; select them")
     if not 0 < band[0] < band[1] <= 0.5 * min(played.rate, recorded.rate):
-        raise ParameterError(
-            f"band must be 0 < low < high, at most {0.5 * min(played.rate, recorded.rate):g} Hz, got {band}"
+        raise ParameterError.must(
+            "band", f"be 0 < low < high, at most {0.5 * min(played.rate, recorded.rate):g} Hz", band
         )
     rate = max(played.rate, recorded.rate)
     x = _at(played, rate)

@@ -258,7 +258,7 @@ def _check(signal: Signal, settings: Settings, rate: float, band: tuple[float, f
     if settings.mapping == "friction" and signal.unit != "1":
         raise UnitError(f"the mapping friction needs a friction coefficient, unit 1, got {signal.unit}")
     if not 0 <= band[0] < band[1] < settings.carrier_hz / 2:
-        raise ParameterError(f"band must be low < high in Hz and below half the carrier, got {band}")
+        raise ParameterError.must("band", "be low < high in Hz and below half the carrier", band)
     settings.check_rate(rate, band[1])
 
 

@@ -242,10 +242,10 @@ def _scale(peak: float, unit: str, full_scale: float | None, usual: float) -> fl
         fits = peak <= usual * (1 + 1e-6) and (unit == "1" or usual != 1)
         return usual if peak == 0 or fits else peak
     if not (full_scale > 0 and np.isfinite(full_scale)):
-        raise ParameterError(f"full_scale must be > 0 {unit}, got {full_scale:g}")
+        raise ParameterError.must("full_scale", f"be > 0 {unit}", full_scale)
     if peak > full_scale * (1 + 1e-6):
-        raise ParameterError(
-            f"full_scale must be at least the peak of {peak:.6g} {unit}, got {full_scale:g}; it would clip"
+        raise ParameterError.must(
+            "full_scale", f"be at least the peak of {peak:.6g} {unit}", full_scale, remedy="it would clip"
         )
     return float(full_scale)
 
@@ -255,7 +255,7 @@ def _check_modality(kind: HapticFormat, modality: str | None) -> None:
         return
     if not kind.modalities:
         raise ParameterError(f"{kind.title} has no modalities; omit modality")
-    raise ParameterError(f"modality must be one of {', '.join(kind.modalities)}, got {modality!r}")
+    raise ParameterError.one_of("modality", kind.modalities, modality)
 
 
 def _shortest_ms(kind: HapticFormat, motor: Display | None) -> float | None:

@@ -213,7 +213,7 @@ def _kind(textures: Sequence[StreamingTexture]) -> tuple[str, tuple[str, ...]]:
     first = textures[0]
     names = [texture.name for texture in textures]
     if len(set(names)) < len(names):
-        raise ParameterError(f"textures must have different names, got {', '.join(names)}")
+        raise ParameterError.must("textures", "have different names", ", ".join(names))
     for texture in textures:
         if texture.unit != first.unit or len(texture.axes) != len(first.axes):
             raise ParameterError(

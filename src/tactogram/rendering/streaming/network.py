@@ -225,7 +225,7 @@ class NetworkBlocks:
         self, *, rate: float, to: tuple[str, int] | None = None, motion: NetworkMotion | None = None
     ) -> None:
         if to is None and motion is None:
-            raise ParameterError("to must be an address if the motion does not come from the network")
+            raise ParameterError.must("to", "be an address if the motion does not come from the network")
         imported("pythonosc", extra="devices", what="OSC")
         self._rate, self._motion = rate, motion
         # Resolved only once: a name server may take seconds.
@@ -275,5 +275,5 @@ def parse_address(text: str, *, default_port: int = PORT) -> tuple[str, int]:
     """Return host and port of ``"HOST:PORT"``, ``"HOST"`` or ``":PORT"``; `ParameterError` if the port is invalid."""
     host, _, port = text.rpartition(":") if ":" in text else (text, "", str(default_port))
     if not (port.isdigit() and 0 <= int(port) < 1 << 16):
-        raise ParameterError(f"address must be HOST:PORT with a port below 65536, got {text!r}")
+        raise ParameterError.must("address", "be HOST:PORT with a port below 65536", text)
     return host or "127.0.0.1", int(port)

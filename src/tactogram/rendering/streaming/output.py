@@ -152,8 +152,8 @@ class Stream:
         on_block: Callable[[float], None] | None = None,
     ) -> None:
         if output is not None and output.display.rate != engine.rate:
-            raise ParameterError(
-                f"engine must run at the display's {output.display.rate:g} Hz, got {engine.rate:g}"
+            raise ParameterError.must(
+                "engine", f"run at the display's {output.display.rate:g} Hz", engine.rate
             )
         self.engine, self.output = engine, output
         self.channels = engine.axes if output is None else output.display.channels

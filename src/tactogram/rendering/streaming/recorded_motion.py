@@ -149,7 +149,7 @@ class MouseMotion:
 
     def __init__(self, *, counts_per_mm: float = 31.5, force_n: float = 0.5, path: Path = MICE) -> None:
         if not (counts_per_mm > 0 and math.isfinite(counts_per_mm)):
-            raise ParameterError(f"counts_per_mm must be > 0 and finite, got {counts_per_mm}")
+            raise ParameterError.must("counts_per_mm", "be > 0 and finite", counts_per_mm)
         self.name = f"mouse:{path}"
         self._per_mm, self._force = counts_per_mm, force_n
         self._x = self._y = 0.0
@@ -204,7 +204,7 @@ class SimulatedHand:
 
     def __init__(self, seconds: float, *, seed: int, noise_mm: float = 0.01) -> None:
         if not (seconds > 0 and math.isfinite(seconds)):
-            raise ParameterError(f"seconds must be > 0, got {seconds}")
+            raise ParameterError.must("seconds", "be > 0", seconds)
         random = np.random.default_rng(seed)
         knots = _journey(seconds, random)
         at = np.arange(math.ceil(seconds * POSITION_RATE)) / POSITION_RATE

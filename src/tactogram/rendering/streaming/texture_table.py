@@ -105,7 +105,7 @@ def summed(model: AutoregressiveModel) -> AutoregressiveModel:
 def check_axis(axis: str, axes: tuple[str, ...]) -> None:
     """Refuse an ``axis`` that a table of models with ``axes`` cannot have."""
     if axis not in ("all", "dft321", *axes):
-        raise ParameterError(f"axis must be dft321, all or one of {', '.join(axes)}, got {axis!r}")
+        raise ParameterError.must("axis", f"be dft321, all or one of {', '.join(axes)}", axis)
 
 
 def models_on_grid(

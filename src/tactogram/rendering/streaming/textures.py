@@ -70,7 +70,7 @@ class SurfaceTexture:
         along: Along = "path",
     ) -> None:
         if along not in ("path", "x", "y"):
-            raise ParameterError(f"along must be path, x or y, got {along!r}")
+            raise ParameterError.must("along", "be path, x or y", along)
         if signal.domain == "time":
             if speed_mm_s is None:
                 raise ParameterError(

@@ -213,9 +213,9 @@ class AnalogDiscovery:
         """
         self._opened()
         if not 0 <= amplitude_v <= self.wanted.peak_v:
-            raise ParameterError(f"amplitude_v must be 0 to {self.wanted.peak_v:g} V, got {amplitude_v:g}")
+            raise ParameterError.must("amplitude_v", f"be 0 to {self.wanted.peak_v:g} V", amplitude_v)
         if not (math.isfinite(longest_s) and longest_s > 0):
-            raise ParameterError(f"longest_s must be > 0 s, got {longest_s:g}")
+            raise ParameterError.must("longest_s", "be > 0 s", longest_s)
         data = float(am_data(np.array([amplitude_v]), self.wanted.peak_v)[0])
         try:
             with device_errors(self.name, library="dwfpy"):

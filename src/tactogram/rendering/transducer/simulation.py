@@ -40,7 +40,7 @@ class TransducerSimulation:
 
     def __init__(self, transducer: Transducer, *, rate: float, carrier_hz: float) -> None:
         if not (rate > 0 and np.isfinite(rate)):
-            raise ParameterError(f"rate must be > 0 Hz, got {rate}")
+            raise ParameterError.must("rate", "be > 0 Hz", rate)
         self.rate = float(rate)
         self._state: NDArray[np.complex128] = np.zeros(2, np.complex128)
         self._last: complex = 0j
@@ -52,7 +52,7 @@ class TransducerSimulation:
             self.transducer = transducer
         if carrier_hz is not None:
             if not (carrier_hz > 0 and np.isfinite(carrier_hz)):
-                raise ParameterError(f"carrier_hz must be > 0, got {carrier_hz}")
+                raise ParameterError.must("carrier_hz", "be > 0", carrier_hz)
             self.carrier_hz = float(carrier_hz)
         t, w = self.transducer, 2 * np.pi * self.carrier_hz
         matrix = np.array(

@@ -56,7 +56,7 @@ class SignalDescription:
         try:
             return json.dumps(facts, allow_nan=False)
         except (TypeError, ValueError) as error:
-            raise ParameterError(f"metadata must be JSON values: {error}") from error
+            raise ParameterError.must("metadata", f"be JSON values: {error}") from error
 
 
 def decode(text: str, where: str) -> SignalDescription | None:

@@ -61,7 +61,7 @@ def write_image(path: Path | str, image: Image, *, metadata: Mapping[str, Any] |
     try:
         text.add_itxt(METADATA, json.dumps(dict(metadata or {}), ensure_ascii=False, allow_nan=False))
     except (TypeError, ValueError) as error:
-        raise ParameterError(f"metadata must be JSON: {error}") from error
+        raise ParameterError.must("metadata", f"be JSON: {error}") from error
     with atomic_write(path) as part:
         Pillow.fromarray(image.pixels).save(part, format="PNG", pnginfo=text)
 
@@ -89,7 +89,7 @@ def decode_image(
     if mm_per_pixel is not None and width_mm is not None:
         raise ParameterError("give mm_per_pixel or width_mm, got both")
     if width_mm is not None and not 0 < width_mm < np.inf:
-        raise ParameterError(f"width_mm must be > 0, got {width_mm}")
+        raise ParameterError.must("width_mm", "be > 0", width_mm)
     with _decoding(name), _opened(data, name) as picture:
         pixels = _pixels(ImageOps.exif_transpose(picture), name)
     if width_mm is not None:

@@ -196,9 +196,9 @@ def _integers(signal: Signal, bits: int, full_scale: float | None) -> tuple[NDAr
         if signal.unit != "1" or not _fits(signal.samples, most, 1.0):
             full_scale = peak * most / (most - 1) or 1.0
     if not (full_scale > 0 and np.isfinite(full_scale)):
-        raise ParameterError(f"full_scale must be > 0 and finite, got {full_scale}")
+        raise ParameterError.must("full_scale", "be > 0 and finite", full_scale)
     if given and not _fits(signal.samples, most, full_scale):
-        raise ParameterError(f"full_scale must hold the peak of {peak:g} {signal.unit}, got {full_scale:g}")
+        raise ParameterError.must("full_scale", f"hold the peak of {peak:g} {signal.unit}", full_scale)
     steps = np.round(signal.samples.astype(np.float64) / full_scale * most)
     return (np.clip(steps, -most, most - 1).astype(np.int64) << (32 - bits)).astype(np.int32), full_scale
 

@@ -163,7 +163,7 @@ def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:
             raise ParameterError(f"a setting must be column.NAME, {', '.join(SETTINGS)}, got {key!r}")
     items = _names(settings.get("item", "{}"))
     if len(items) not in (1, files):
-        raise ParameterError(f"item must be given once, or once for each of {files} files, got {len(items)}")
+        raise ParameterError.must("item", f"be given once, or once for each of {files} files", len(items))
     known = RatingColumns(
         named=named,
         words=_names(settings.get("words")),

@@ -99,9 +99,7 @@ def suffix_of(format: str) -> str:
     if format in formats:
         return formats[format].suffix
     if format not in SIGNAL_FORMATS:
-        raise ParameterError(
-            f"format must be one of {', '.join((*formats, *SIGNAL_FORMATS))}, got {format!r}"
-        )
+        raise ParameterError.one_of("format", (*formats, *SIGNAL_FORMATS), format)
     return f".{format}"
 
 

@@ -96,12 +96,12 @@ def import_store(
     from tactogram.datasets.store.remote import is_remote
 
     if save_mapping is not None and not preview:
-        raise ParameterError("save_mapping must come with `preview`")
+        raise ParameterError.must("save_mapping", "come with `preview`")
     if out is None and not preview:
-        raise ParameterError("out must be given, except with `preview`")
+        raise ParameterError.must("out", "be given, except with `preview`")
     if out is not None and is_remote(out) and not preview:
-        raise ParameterError(
-            f"out must be a folder, got {out}; `tactogram data copy` the store there afterwards"
+        raise ParameterError.must(
+            "out", "be a folder", out, remedy="`tactogram data copy` the store there afterwards"
         )
     known = dict(options or {})
     if mapping is not None:
@@ -120,8 +120,8 @@ def _preview(set_name: str, path: Path, saved: Path | None, reading: dict[str, A
 
     if saved is not None:
         if saved.exists():
-            raise ParameterError(
-                f"save_mapping must be a new file, {saved} exists; remove it or choose another"
+            raise ParameterError.must(
+                "save_mapping", f"be a new file, {saved} exists; remove it or choose another"
             )
         check_writable(saved)
     facts = preview_dataset(set_name, path, **reading)
@@ -325,7 +325,9 @@ def add_signal(
     store, file = open_store(path), Path(file)
     if stream is None:
         if len(store.streams) != 1:
-            raise ParameterError(f"stream must be one of {', '.join(store.streams)}, got none")
+            raise ParameterError(
+                f"stream must be one of {', '.join(store.streams)}, got none", parameter="stream"
+            )
         [stream] = store.streams
     if unit is None and stream in store.streams:
         unit = store.streams[stream].unit

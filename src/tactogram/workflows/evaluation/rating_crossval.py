@@ -97,7 +97,7 @@ def crossval_ratings(request: CrossvalRequest, progress: ProgressCallback = sile
 def _held_out(by: str) -> HeldOut:
     held_out = "item" if by in ITEM_NAMES else by
     if held_out not in get_args(HeldOut):
-        raise ParameterError(f"by must be item, rater or both for a predictor of ratings, got {by!r}")
+        raise ParameterError.must("by", "be item, rater or both for a predictor of ratings", by)
     return cast(HeldOut, held_out)
 
 

@@ -82,7 +82,7 @@ def generate(
     _ = loaded.generator  # refuses a run that does not generate
     _check(seconds, seed)
     if not 1 <= count <= MOST:
-        raise ParameterError(f"count must be at least 1 and at most {MOST}, got {count}")
+        raise ParameterError.must("count", f"be at least 1 and at most {MOST}", count)
     if condition.get("motion") is not None:
         _check_motion(loaded)
     condition = within(loaded, with_materials(loaded, condition))
@@ -116,7 +116,7 @@ def motion_of(source: Path | str, *, seconds: float | None = None, seed: int = 0
     file = MotionFile(source)
     length = file.seconds if seconds is None else seconds
     if length > file.seconds:
-        raise ParameterError(f"seconds must be at most the motion's {file.seconds:g}, got {length:g}")
+        raise ParameterError.must("seconds", f"be at most the motion's {file.seconds:g}", length)
     if not 0 < length <= LONGEST_S:
         raise ParameterError(
             f"{source}: a motion must have two times or more, and last at most {LONGEST_S:g} s, got {length:g}; "
@@ -128,9 +128,9 @@ def motion_of(source: Path | str, *, seconds: float | None = None, seed: int = 0
 
 def _check(seconds: float | None, seed: int) -> None:
     if seconds is not None and not 0 < seconds <= LONGEST_S:
-        raise ParameterError(f"seconds must be > 0 and at most {LONGEST_S:g}, got {seconds:g}")
+        raise ParameterError.must("seconds", f"be > 0 and at most {LONGEST_S:g}", seconds)
     if seed < 0:
-        raise ParameterError(f"seed must be >= 0, got {seed}")
+        raise ParameterError.must("seed", "be >= 0", seed)
 
 
 def _check_motion(loaded: LoadedRun) -> None:
@@ -353,7 +353,7 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     if "material" not in run.facts.conditions or not materials:
         raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
     if not isinstance(text, str) or not text.strip():
-        raise ParameterError(f"text must describe a material, e.g. 'corrugated cardboard', got {text!r}")
+        raise ParameterError.must("text", "describe a material, e.g. 'corrugated cardboard'", text)
     if found.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
         return found | {"material": {named[0]: 1.0}}
     if run.model.prediction_facts(condition):

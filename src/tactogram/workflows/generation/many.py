@@ -151,8 +151,8 @@ def generate_many(
     """
     loaded, folder = load_run(run), Path(out)
     if needs_words(loaded):
-        raise ParameterError(
-            f"conditions must not be for a model that needs scores of words, as {loaded.run.name}"
+        raise ParameterError.must(
+            "conditions", f"not be for a model that needs scores of words, as {loaded.run.name}"
         )
     check_writable(folder, folder=True)
     rows = read_conditions(Path(conditions), suffix=suffixes_for(loaded.facts.gives)[0])

@@ -88,7 +88,7 @@ def ask(
             "with `like`"
         )
     else:
-        raise ParameterError(f"rest must be mean, got {rest!r}")
+        raise ParameterError.must("rest", "be mean", rest)
     return WordRequest(given, {word: means[word] for word in missing}, source)
 
 
@@ -132,7 +132,7 @@ def _checked(words: Mapping[str, float], names: Sequence[str]) -> dict[str, floa
         given[word] = float(score)
     for word, score in given.items():
         if word not in names:
-            raise ParameterError(f"words must be of {', '.join(names)}; got {word!r}")
+            raise ParameterError.must("words", f"be of {', '.join(names)}", word, choices=names)
         if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
             raise ParameterError(
                 f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, the raters' scale; got {score:g}"
@@ -152,9 +152,10 @@ def _names(runs: Sequence[LoadedRun]) -> tuple[str, ...]:
     first = runs[0]
     for other in runs[1:]:
         if set(other.any_kind.words) != set(first.any_kind.words):
-            raise ParameterError(
-                f"runs must be of the same words: {first.run.name} has {', '.join(first.any_kind.words)}; "
-                f"{other.run.name} has {', '.join(other.any_kind.words)}"
+            raise ParameterError.must(
+                "runs",
+                f"be of the same words: {first.run.name} has {', '.join(first.any_kind.words)}; "
+                f"{other.run.name} has {', '.join(other.any_kind.words)}",
             )
     return first.any_kind.words
 
@@ -169,7 +170,9 @@ def _of_item(runs: Sequence[LoadedRun], item: str) -> tuple[dict[str, float], st
             ], f"measured means of {item}, as {run.run.name} learned from it{_simulated(run)}"
         known += means
     shown = ", ".join(known[:24]) + (f" and {len(known) - 24} more" if len(known) > 24 else "")
-    raise ParameterError(f"like must be one of {shown or 'nothing: no run holds rated items'}; got {item!r}")
+    raise ParameterError.must(
+        "like", f"be one of {shown or 'nothing: no run holds rated items'}; got {item!r}"
+    )
 
 
 def _of_all(runs: Sequence[LoadedRun]) -> tuple[dict[str, float], str]:

@@ -116,17 +116,19 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
         if run.facts.gives not in NAMES:
             raise ParameterError(f"{run.run.name}: {run.facts.name} does not generate")
     if len(set(gives)) < len(gives):
-        raise ParameterError(
-            f"runs must give one image and one vibration, got {' and '.join(CALLED[g] for g in gives)}; make them in "
-            "calls of their own"
+        raise ParameterError.must(
+            "runs",
+            "give one image and one vibration",
+            " and ".join(CALLED[g] for g in gives),
+            remedy="make them in calls of their own",
         )
     if not _is_file(out):
         media = mimetypes.guess_type(out.name)[0] is not None and not out.is_dir()
         if media or any(place.is_file() for place in (out, *out.parents)):
-            raise ParameterError(f"out must be a folder, {_shown(gives)}; got {out}")
+            raise ParameterError.must("out", f"be a folder, {_shown(gives)}; got {out}")
         return [out / NAMES[g] for g in gives]
     if len(runs) > 1:
-        raise ParameterError(f"out must be a folder for {len(runs)} runs, got {out}")
+        raise ParameterError.must("out", f"be a folder for {len(runs)} runs", out)
     wanted = suffixes_for(gives[0])
     if out.suffix.lower() not in wanted:
         raise ParameterError(

@@ -60,7 +60,7 @@ def search(
     >>> nearest = found["nearest"][0]["material"]  # doctest: +SKIP
     """
     if count < 1:
-        raise ParameterError(f"count must be at least 1, got {count}")
+        raise ParameterError.must("count", "be at least 1", count)
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     index = SurfaceIndex.load(loaded.run)
     simulated = loaded.simulated

@@ -82,7 +82,7 @@ def find_similar(
     Raises `ParameterError` if no recording can be compared.
     """
     if count < 1:
-        raise ParameterError(f"count must be at least 1, got {count}")
+        raise ParameterError.must("count", "be at least 1", count)
     store = data if isinstance(data, Store) else open_store(data)
     name = Preparation(stream=stream).stream_of(tuple(store.streams))
     if store.streams[name].domain != signal.domain:

@@ -193,7 +193,7 @@ def track(
 
     kind, _, serial = generator.partition(":")
     if kind not in ("digilent", SIMULATED):
-        raise ParameterError(f"generator must be digilent, digilent:SERIAL or simulated, got {generator!r}")
+        raise ParameterError.must("generator", "be digilent, digilent:SERIAL or simulated", generator)
     if out is not None and Path(out).suffix.lower() != ".csv":
         raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
     known = open_display(display).settings
@@ -317,7 +317,7 @@ def play(
         )
         return {"file": str(file), **play_to_end(playing)}
     if kind != "digilent":
-        raise ParameterError(f"device must be digilent or digilent:SERIAL, got {device!r}")
+        raise ParameterError.must("device", "be digilent or digilent:SERIAL", device)
     known = open_display(display)
     settings = carrier_of(known)
     drive = read_signal(Path(file))

@@ -108,7 +108,7 @@ class CarrierTracking:
         if self._simulated is not None and amps is None:
             amps, skew_s = 1 / self._simulated.settings.shunt_ohm, skew_s or self._simulated.settings.skew_s
         if amps is None:
-            raise ParameterError("amps_per_volt must be known: 1 over the resistance of the shunt, in ohm")
+            raise ParameterError.must("amps_per_volt", "be known: 1 over the resistance of the shunt, in ohm")
         if self.settings.log is not None:
             check_writable(self.settings.log)
         factors = {"amps_per_volt": amps, "volts_per_volt": self.settings.volts_per_volt, "skew_s": skew_s}

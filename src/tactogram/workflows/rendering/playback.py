@@ -76,7 +76,7 @@ def full_scale_of(display: Display, device: str, measured: float | None = None) 
     Raises `ParameterError` if a sound card cannot drive the display, or full scale is not known.
     """
     if measured is not None and not (np.isfinite(measured) and measured > 0):
-        raise ParameterError(f"full_scale must be > 0 {display.unit}, got {measured:g}")
+        raise ParameterError.must("full_scale", f"be > 0 {display.unit}", measured)
     if display.unit not in ("1", "V"):
         raise ParameterError(
             f"{display.name} is driven in {display.unit}: a sound card cannot; write the drive and give it to the "
@@ -122,7 +122,7 @@ class Playback:
     ) -> None:
         kind, _, self._card = device.partition(":")
         if kind not in (NULL, "audio"):
-            raise ParameterError(f"device must be null, audio or audio:NAME, got {device!r}")
+            raise ParameterError.must("device", "be null, audio or audio:NAME", device)
         expected = (display.rate, display.unit, len(display.channels))
         if (drive.rate, drive.unit, len(drive.axes)) != expected or drive.domain != "time":
             raise ParameterError(
@@ -130,7 +130,7 @@ class Playback:
                 f"{expected[1]}, got {len(drive.axes)} at {drive.rate:g} in {drive.unit}; render it for this display"
             )
         if loop_s is not None and not (np.isfinite(loop_s) and loop_s > 0):
-            raise ParameterError(f"loop_s must be a number of seconds > 0, got {loop_s:g}")
+            raise ParameterError.must("loop_s", "be a number of seconds > 0", loop_s)
         self.drive, self.display, self.device = drive, display, device
         self.full_scale = full_scale_of(display, kind, full_scale)
         peak = float(np.abs(drive.samples).max())
@@ -156,7 +156,7 @@ class Playback:
     @strength.setter
     def strength(self, share: float) -> None:
         if not 0 <= share <= 1:
-            raise ParameterError(f"strength must be a share of the drive, 0 to 1, got {share:g}")
+            raise ParameterError.must("strength", "be a share of the drive, 0 to 1", share)
         self._strength = float(share)
 
     @property

@@ -88,7 +88,7 @@ class Backend:
             case "digilent":
                 carrier_of(display)
                 return cls("digilent", device=name, tracking=tracking)
-        raise ParameterError(f"device must be {DEVICES}, got {device!r}")
+        raise ParameterError.must("device", f"be {DEVICES}", device)
 
     @property
     def simulated(self) -> bool:

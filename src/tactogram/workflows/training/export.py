@@ -162,7 +162,7 @@ def export_c(
             f"{loaded.run.name}: a C header needs a run of texture_var, this is {loaded.facts.name}"
         )
     if material not in found:
-        raise ParameterError(f"material must be one of {', '.join(found)}, got {material}")
+        raise ParameterError.one_of("material", found, material)
     texture = one_axis(found[material].at(speed, force), axis)
     at = [f"{value:g} {unit}" for value, unit in ((speed, "mm/s"), (force, "N")) if value is not None]
     facts = [

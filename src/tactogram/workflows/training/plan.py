@@ -164,7 +164,7 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
     if split == "all":
         return Split(tuple(Segment(info.id) for info in index), (), (), by=by, seed=seed)
     if split:
-        raise ParameterError(f"split must be last=N, blocks or all, got {split!r}")
+        raise ParameterError.must("split", "be last=N, blocks or all", split)
     return split_fractions(index, by=by, test=TEST_SHARE, validation=VALIDATION_SHARE, seed=seed)
 
 

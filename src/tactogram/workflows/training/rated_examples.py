@@ -59,8 +59,8 @@ class RatingData:
     ) -> Split:
         """Return parts of different items; for ``both``, surfaces split ``by``, and all rated signals in ``train``."""
         if split not in ("", "all"):
-            raise ParameterError(
-                f"split must be all, or omitted, for a model that learns from ratings; got {split!r}"
+            raise ParameterError.must(
+                "split", f"be all, or omitted, for a model that learns from ratings; got {split!r}"
             )
         if self.of_images:
             return self._split_images(everything=split == "all", seed=seed)

@@ -72,9 +72,9 @@ def sweep(
     """
     engine, _, address = on.partition(":")
     if engine != "ray":
-        raise ParameterError(f"on must be ray or ray:ADDRESS for a sweep, got {on!r}")
+        raise ParameterError.must("on", "be ray or ray:ADDRESS for a sweep", on)
     if out is None:
-        raise ParameterError("out must be a folder for a sweep, got none")
+        raise ParameterError("out must be a folder for a sweep, got none", parameter="out")
     space, folder = SearchSpace.load(Path(space_file)), Path(out).absolute()
     check_writable(folder, folder=True)
     plan = planned(request)  # refuses what no trial could do
@@ -209,7 +209,7 @@ def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None
     def report(ninths: int) -> None:
         found = learner.validate(validation)
         if measure not in found:
-            raise ParameterError(f"measure must be one of {', '.join(found) or 'none'}, got {measure!r}")
+            raise ParameterError.must("measure", f"be one of {', '.join(found) or 'none'}", measure)
         tune.report({measure: found[measure], "ninths": ninths})
 
     def on_step(position: TrainingPosition, stage: Stage, losses: dict[str, float]) -> None:

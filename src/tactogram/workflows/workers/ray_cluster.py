@@ -89,9 +89,10 @@ def connected(address: str, processes: int = 1) -> Iterator[Any]:
                 **options,
             )
     except Exception as error:  # Ray raises bare ones
-        raise ParameterError(
-            f"on must be ray or the address of a Ray cluster that runs (`ray start --head` starts one); "
-            f"{address or 'the local Ray'}: {one_line(error)}"
+        raise ParameterError.must(
+            "on",
+            "be ray or the address of a Ray cluster that runs (`ray start --head` starts one); "
+            f"{address or 'the local Ray'}: {one_line(error)}",
         ) from error
     try:
         yield ray

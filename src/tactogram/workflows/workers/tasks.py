@@ -108,9 +108,9 @@ def run_tasks(
     """
     engine, _, address = on.partition(":")
     if engine not in ("", "ray") or (on and on != "ray" and not address):
-        raise ParameterError(f"on must be ray or ray:ADDRESS, got {on!r}")
+        raise ParameterError.must("on", "be ray or ray:ADDRESS", on)
     if processes < 1:
-        raise ParameterError(f"processes must be at least 1, got {processes}")
+        raise ParameterError.must("processes", "be at least 1", processes)
     if engine:
         from tactogram.workflows.workers.ray_cluster import on_ray
 

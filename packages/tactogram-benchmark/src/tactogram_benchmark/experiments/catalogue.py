@@ -113,7 +113,7 @@ def reproduce(
 
     known = experiments(Path(import_module(package).__path__[0]))
     if name not in known:
-        raise ParameterError(f"experiment must be one of {', '.join(known)}, got {name!r}")
+        raise ParameterError.one_of("experiment", known, name)
     run = import_module(f"{package}.{name}").run
     available = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
     if data and "data" not in available:

@@ -160,7 +160,7 @@ def fabrics_of(store: Store, text: str) -> list[str]:
     known = sorted({str(info.material) for info in store.index if info.material})
     names = listed(text, known, "fabrics") or known[:FABRICS]
     if len(names) < 2:
-        raise ParameterError(f"fabrics must be at least two of {', '.join(known)}, got {text!r}")
+        raise ParameterError.must("fabrics", f"be at least two of {', '.join(known)}", text)
     return names
 
 

@@ -101,7 +101,7 @@ def table_settings(*, paper: bool, protocol: str, progress: ProgressCallback, **
     training needs a network that is missing.
     """
     if protocol not in get_args(Protocol):
-        raise ParameterError(f"protocol must be one of {', '.join(get_args(Protocol))}, got {protocol!r}")
+        raise ParameterError.one_of("protocol", get_args(Protocol), protocol)
     found, missing = dict[str, str](), dict[str, str]()
     for option, file in files.items():
         weights = WEIGHTS[option]

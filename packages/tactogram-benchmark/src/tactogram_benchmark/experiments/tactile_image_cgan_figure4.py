@@ -83,7 +83,7 @@ def _weights(text: str) -> list[int]:
     except ValueError:
         found = []
     if not found or found[0] < 1 or len(found) > MOST:
-        raise ParameterError(
-            f"weights must be 1 to {MOST} whole numbers from 1, separated by commas, got {text!r}"
+        raise ParameterError.must(
+            "weights", f"be 1 to {MOST} whole numbers from 1, separated by commas", text
         )
     return found

@@ -42,9 +42,7 @@ class LiveClassifier:
             )
         self.window_s = least / rate if window_s is None else window_s
         if round(self.window_s * rate) < least:
-            raise ParameterError(
-                f"window must be at least {least / rate:.3f} s for this run, got {window_s:g}"
-            )
+            raise ParameterError.must("window", f"be at least {least / rate:.3f} s for this run", window_s)
         self.context_s = CONTEXT_S if loaded.recipe.prepare.band is not None else 0.0
         self._index: SurfaceIndex | None = None
         self.threshold: float | None = None

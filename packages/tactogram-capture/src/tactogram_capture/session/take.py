@@ -113,7 +113,7 @@ def recording_of(
     samples, lost = bridged(take.samples)
     name = stream or STREAM_OF_UNIT.get(take.unit, "signal")
     if name == RECEIVED:
-        raise ParameterError(f"stream must not be called {RECEIVED!r}: that is where losses are marked")
+        raise ParameterError.must("stream", f"not be called {RECEIVED!r}: that is where losses are marked")
     streams = {name: Signal(samples, take.rate, take.unit, take.axes)}
     history = [*notes, rate_text(take)]
     if lost:

@@ -66,7 +66,7 @@ class StrokeReplay:
         """
         infos = [info for info in self._infos if info.material == material]
         if not infos:
-            raise ParameterError(f"material must be one of {', '.join(self.materials)}, got {material!r}")
+            raise ParameterError.one_of("material", self.materials, material)
         for name, value in (("contactor", contactor), ("speed_mm_s", speed_mm_s)):
             infos = [info for info in infos if value is None or getattr(info, name) == value] or infos
         info = infos[int(self._rng.integers(len(infos)))]

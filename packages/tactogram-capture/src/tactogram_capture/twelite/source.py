@@ -121,7 +121,7 @@ def serial_number(text: str) -> str:
     Raises `ParameterError` if ``text`` is not a serial number.
     """
     if not re.fullmatch(r"8?[0-9A-Fa-f]{7}", text):
-        raise ParameterError(f"sender must be a serial number of 7 hex digits, e.g. 1013C85, got {text!r}")
+        raise ParameterError.must("sender", "be a serial number of 7 hex digits, e.g. 1013C85", text)
     return f"8{text.upper()[-7:]}"
 
 

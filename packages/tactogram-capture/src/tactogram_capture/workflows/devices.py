@@ -81,7 +81,7 @@ def try_device(name: str) -> dict[str, Any]:
     name = ALSO.get(name, name)
     if name not in _TESTS and name not in SOURCES:
         known = ", ".join((*device_names(), *ALSO))
-        raise ParameterError(f"device must be one of {known}, or a kind of capture source, got {name!r}")
+        raise ParameterError.must("device", f"be one of {known}, or a kind of capture source", name)
     state: State
     try:
         state, line, facts = _TESTS[name]() if name in _TESTS else _source(name)

@@ -101,7 +101,7 @@ def capture_log(
         names = ", ".join(one.name for one in logged)
         logged = [one for one in logged if one.name in spellings]
         if not logged:
-            raise ParameterError(f"sender must be one of {names}, got {sender!r}")
+            raise ParameterError.must("sender", f"be one of {names}", sender)
     extracted = [
         _extracted(one, path, rate, most_s=most_s if fill else None, least_s=least_s) for one in logged
     ]

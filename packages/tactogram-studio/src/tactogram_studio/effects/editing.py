@@ -148,7 +148,7 @@ def repeated(track: Track, start: float, end: float, *, times: int, gap: float =
     """Return a track that plays ``start`` to ``end`` (s) so often, ``gap`` s apart; what follows is moved back."""
     _check_range(start, end)
     if not 1 <= times <= MOST_REPEATS:
-        raise ParameterError(f"repeats must be 1 to {MOST_REPEATS}, got {times}")
+        raise ParameterError.must("repeats", f"be 1 to {MOST_REPEATS}", times)
     if not 0 <= gap <= LONGEST_S:
         raise ParameterError(f"the gap must be 0 to {LONGEST_S:g} s, got {gap:g}")
     step = end - start + gap

@@ -79,9 +79,7 @@ class Editor:
         }
         handler = handlers.get(str(event.get("do")))
         if handler is None:
-            raise ParameterError(
-                f"do must be one of {', '.join(handlers)}, got {str(event.get('do'))[:40]!r}"
-            )
+            raise ParameterError.one_of("do", handlers, str(event.get("do"))[:40])
         handler(event)
 
     def insert(self, tracks: tuple[Track, ...], *, simulated: bool = False) -> None:
@@ -241,5 +239,5 @@ def _whole(event: Mapping[str, Any], name: str) -> int:
 def _line(event: Mapping[str, Any]) -> str:
     line = str(event.get("line"))
     if line not in (*LINES, TONE):
-        raise ParameterError(f"line must be one of {', '.join((*LINES, TONE))}, got {line[:40]!r}")
+        raise ParameterError.one_of("line", (*LINES, TONE), line[:40])
     return line

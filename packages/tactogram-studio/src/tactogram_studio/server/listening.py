@@ -176,9 +176,9 @@ def _host_names() -> tuple[str, str]:
 
 def _listener(host: str, port: int) -> socket.socket:
     if not 0 <= port <= 65535:
-        raise ParameterError(f"port must be 0 to 65535, got {port}")
+        raise ParameterError.must("port", "be 0 to 65535", port)
     if not host:
-        raise ParameterError("host must be a name or address of this machine, got nothing")
+        raise ParameterError("host must be a name or address of this machine, got nothing", parameter="host")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     address = _address(host, family)
     both = host == "::" and socket.has_dualstack_ipv6()

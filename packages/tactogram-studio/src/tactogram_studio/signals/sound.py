@@ -50,7 +50,7 @@ def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
     largest sample becomes `NORMAL_PEAK`.
     """
     if gain is not None and not 0 < gain <= MOST_GAIN:
-        raise ParameterError(f"gain must be > 0 and at most {MOST_GAIN:g}, got {gain}")
+        raise ParameterError.must("gain", f"be > 0 and at most {MOST_GAIN:g}", gain)
     x = _one_channel(signal)
     normalised = gain is None
     if gain is None:

@@ -139,9 +139,8 @@ def copy_study(workspace: Workspace, source: Path | str, name: str, *, languages
     """
     name = name.strip()
     if not re.fullmatch(NAME, name):
-        raise ParameterError(
-            "name must be 1 to 40 lower-case letters, digits and _, beginning with a letter or digit, "
-            f"got {name[:60]!r}"
+        raise ParameterError.must(
+            "name", "be 1 to 40 lower-case letters, digits and _, beginning with a letter or digit", name[:60]
         )
     shipped = shipped_studies().get(str(source))
     original = shipped or Path(source)

@@ -93,8 +93,8 @@ def table_of_map(
     """
     texture = texture_of_map(name, surface, TextureSettings(rate, QUANTUM, axes))
     if len(texture.axes) > 1:
-        raise ParameterError(
-            f"axes must combine several axes into one, got {axes!r}; use dft321 or an axis's name"
+        raise ParameterError.must(
+            "axes", "combine several axes into one", axes, remedy="use dft321 or an axis's name"
         )
     table, grid = texture.table, texture.table.grid
     known_v, known_f = surface.has_conditions
@@ -159,8 +159,8 @@ def table_of_signal(
     if len(signal.axes) > 1:
         notes.append(words)
     if len(one.axes) > 1:
-        raise ParameterError(
-            f"axes must combine several axes into one, got {axes!r}; use dft321, mean or an axis's name"
+        raise ParameterError.must(
+            "axes", "combine several axes into one", axes, remedy="use dft321, mean or an axis's name"
         )
     copies = copy_count(one.rate / (speed_mm_s or 1.0), rate)
     most = MOST_NODES // (OVERSAMPLED * copies)

@@ -135,7 +135,7 @@ def trace_svg(signal: Signal, *, width: int = 240, height: int = 56) -> bytes:
 def thumbnail(store: Store, key: str, *, size: int) -> bytes:
     """Return a photograph as JPEG, cropped to a square of ``size`` pixels (16 to 1024)."""
     if not 16 <= size <= 1024:
-        raise ParameterError(f"size must be 16 to 1024, got {size}")
+        raise ParameterError.must("size", "be 16 to 1024", size)
     picture = Pillow.fromarray(store.photograph(key).pixels)
     out = io.BytesIO()
     ImageOps.fit(picture, (size, size), Pillow.Resampling.LANCZOS).save(out, "JPEG", quality=85)

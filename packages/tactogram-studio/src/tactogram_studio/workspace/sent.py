@@ -152,7 +152,7 @@ class SendService:
         selected = self.sources.select(request.of)
         formats = haptic_formats()
         if request.format and request.format not in formats:
-            raise ParameterError(f"format must be one of {', '.join(formats)}, got {request.format[:40]!r}")
+            raise ParameterError.one_of("format", formats, request.format[:40])
         names = [request.format] if request.format else list(formats)
         title = Path(selected.title).stem if request.of.startswith("file:") else selected.title
         stem = re.sub(r"[^A-Za-z0-9_-]+", "-", title)[:40].strip("-") or "touch"

@@ -34,8 +34,11 @@ def find_design(kind: str) -> type[Design]:
     """Return the design of a kind; raise `ParameterError`, listing the kinds, if there is none."""
     known = designs()
     if kind not in known:
-        raise ParameterError(
-            f"design must be one of {', '.join(known)}, or of a file that {FOLDERS_VARIABLE} names, got {kind!r}"
+        raise ParameterError.must(
+            "design",
+            f"be one of {', '.join(known)}, or of a file that {FOLDERS_VARIABLE} names",
+            kind,
+            choices=known,
         )
     return known[kind]
 

@@ -231,7 +231,7 @@ def check_standard(name: str, setting: DesignContext) -> None:
     """Raise `ParameterError` if a standard is given and no stimulus has its name."""
     if name and setting.stimulus(name) is None:
         names = ", ".join(stimulus.name for stimulus in setting.stimuli)
-        raise ParameterError(f"standard must be one of {names}, got {name!r}")
+        raise ParameterError.must("standard", f"be one of {names}", name)
 
 
 def pairs_by_item(stimuli: Sequence[Stimulus], first: str, second: str) -> list[tuple[Stimulus, Stimulus]]:

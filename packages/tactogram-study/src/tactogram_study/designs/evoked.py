@@ -59,9 +59,7 @@ class EvokedWords(WordScales):
                     f"evoked shows images, and stimulus {stimulus.name!r} has none; give image"
                 )
         if self.sets > (count := self._set_count(setting)):
-            raise ParameterError(
-                f"sets must be at most {count}, the number of sets there are, got {self.sets}"
-            )
+            raise ParameterError.must("sets", f"be at most {count}, the number of sets there are", self.sets)
 
     def practice_design(self, names: Sequence[str]) -> Self:
         """Return the design with one set: a practice has few images."""

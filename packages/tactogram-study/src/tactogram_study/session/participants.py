@@ -181,7 +181,7 @@ class SessionPeople(SessionFile):
     def _check_language(self, language: str) -> None:
         if language not in self.study.languages:
             known = ", ".join(self.study.languages)
-            raise ParameterError(f"language must be one of {known}, got {language[:20]!r}")
+            raise ParameterError.must("language", f"be one of {known}", language[:20])
 
     def _check_kind(self, rows: sqlite3.Connection, simulated: bool) -> None:
         if rows.execute("SELECT 1 FROM participants WHERE simulated != ?", (simulated,)).fetchone():
@@ -219,8 +219,8 @@ def check_active(participant: Participant) -> None:
 def checked_code(code: str) -> str:
     """Return a code; raise `ParameterError` if it may be a name, or is too short or long."""
     if not CODE.fullmatch(code):
-        raise ParameterError(
-            f"code must be 2 to 16 letters and digits with a digit among them, never a name, got {code[:40]!r}"
+        raise ParameterError.must(
+            "code", "be 2 to 16 letters and digits with a digit among them, never a name", code[:40]
         )
     return code
 

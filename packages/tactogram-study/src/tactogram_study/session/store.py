@@ -148,7 +148,7 @@ class SessionStore(SessionPeople):
         Raises `PageNotOpenError` if the participant is not at that page.
         """
         if not re.fullmatch("[0-9a-f]{64}", sha256):
-            raise ParameterError(f"sha256 must be 64 hexadecimal digits, got {sha256[:80]!r}")
+            raise ParameterError.must("sha256", "be 64 hexadecimal digits", sha256[:80])
         with self._writing() as rows:
             state = self._state(rows, find_participant(rows, code))
             state.check_open()

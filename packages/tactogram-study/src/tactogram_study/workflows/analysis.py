@@ -160,7 +160,7 @@ def _report_language(study: Study, language: str) -> str:
     if not language:
         return "en" if "en" in study.languages else study.languages[0]
     if language not in study.languages:
-        raise ParameterError(f"language must be one of {', '.join(study.languages)}, got {language[:20]!r}")
+        raise ParameterError.one_of("language", study.languages, language[:20])
     return language
 
 

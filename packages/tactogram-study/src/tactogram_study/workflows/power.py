@@ -76,7 +76,7 @@ def study_power(
             raise ParameterError(f"{name}: the design {study.design.kind} has no power table")
         name, options = next(iter(study.design.power)), power_options(study)
     if name not in tables:
-        raise ParameterError(f"design must be one of {', '.join(tables)}, or a study, got {name!r}")
+        raise ParameterError.must("design", f"be one of {', '.join(tables)}, or a study", name)
     given = {
         "participants": participants,
         "trials": trials,

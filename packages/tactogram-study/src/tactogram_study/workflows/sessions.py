@@ -275,7 +275,7 @@ def simulate_session(
     The parameters are those of `simulate_study`.
     """
     if participants < 1:
-        raise ParameterError(f"participants must be at least 1, got {participants}")
+        raise ParameterError.must("participants", "be at least 1", participants)
     folder = Path(session)
     with SessionStore(folder) as store:
         study, who = store.study, store.participants()

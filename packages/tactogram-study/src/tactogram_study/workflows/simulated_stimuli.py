@@ -38,7 +38,7 @@ def simulated_surface(text: str) -> tuple[str, int]:
     names = [surface.name for surface in SETS[set_name].surfaces]
     if material not in names:
         known = ", ".join(names) or "none"
-        raise ParameterError(f"simulated must be SET/MATERIAL; {set_name} has {known}, got {text!r}")
+        raise ParameterError.must("simulated", f"be SET/MATERIAL; {set_name} has {known}", text)
     return set_name, names.index(material)
 
 
@@ -57,7 +57,7 @@ def image_family(text: str) -> tuple[str, str]:
     family, _, number = text.partition("/")
     if family != "any" and (family not in FAMILIES or not number.isdigit()):
         known = ", ".join(FAMILIES)
-        raise ParameterError(f"simulated_image must be FAMILY/NUMBER with a family of {known}, got {text!r}")
+        raise ParameterError.must("simulated_image", f"be FAMILY/NUMBER with a family of {known}", text)
     return family, number
 
 

@@ -55,7 +55,7 @@ def draw_people(count: int, *, seed: int, prefix: str = "rater") -> tuple[Simula
     if count < 1:
         raise ParameterError(f"at least one simulated rater is needed, got {count}")
     if seed < 0:
-        raise ParameterError(f"seed must be >= 0, got {seed}")
+        raise ParameterError.must("seed", "be >= 0", seed)
     return tuple(_person(f"{prefix}{number:02d}", seed) for number in range(1, count + 1))
 
 

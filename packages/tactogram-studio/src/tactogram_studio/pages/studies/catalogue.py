@@ -109,8 +109,8 @@ def new_session_folder(workspace: Workspace, name: str) -> Path:
     """Return the folder of a new session, relative to the workspace; `ParameterError` for an invalid or taken name."""
     name = name.strip()
     if not NAME.fullmatch(name):
-        raise ParameterError(
-            f"name must be 1 to 40 letters, digits, _ and -, beginning with a letter or digit, got {name[:60]!r}"
+        raise ParameterError.must(
+            "name", "be 1 to 40 letters, digits, _ and -, beginning with a letter or digit", name[:60]
         )
     if name.endswith(SIMULATED):
         raise ParameterError(f"name: {SIMULATED} is reserved for simulated participants, got {name!r}")

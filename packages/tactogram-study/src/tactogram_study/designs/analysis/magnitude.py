@@ -104,7 +104,7 @@ def _stimuli(above: Answers, logs: Any) -> list[dict[str, Any]]:
 
 def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Finding], list[dict[str, Any]]]:
     if margin is not None and not margin > 0:
-        raise ParameterError(f"margin must be > 0, got {margin:g}")
+        raise ParameterError.must("margin", "be > 0", margin)
     x = np.log(np.array([intensity_of(row) for row in above]))
     people = np.array(above.column("participant"))
     rows: list[dict[str, Any]] = []

@@ -245,7 +245,7 @@ class Strengths(PowerMethod):
     def check(self, assumed: PowerAssumptions) -> None:
         """Raise `ParameterError` for too few or too many items."""
         if not 2 <= assumed.items <= 100:
-            raise ParameterError(f"items must be from 2 to 100, got {assumed.items}")
+            raise ParameterError.must("items", "be from 2 to 100", assumed.items)
 
     def notes(self) -> list[str]:
         return [
