@@ -7,7 +7,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 from tactogram.cli.catalogue import verb_places
-from tactogram.cli.functions import flags_of
+from tactogram.cli.verbs import flags_of
 from tactogram.parameters import parameters, summary
 
 GUIDES = {

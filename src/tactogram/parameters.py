@@ -1,7 +1,7 @@
 """Parameters of a function, read from its signature and its numpydoc docstring.
 
 A verb is one function with plain annotations. Its checks (`checked`), its options on the command line
-(`tactogram.cli.functions`) and its page in the reference are made from what this module reads. A module with such a
+(`tactogram.cli.verbs`) and its page in the reference are made from what this module reads. A module with such a
 function postpones its annotations, and imports what is heavy inside the function: its parameters are read without it.
 """
 

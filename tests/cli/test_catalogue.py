@@ -10,7 +10,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.cli.catalogue import overview, verb_places
-from tactogram.cli.functions import flags_of
+from tactogram.cli.verbs import flags_of
 from tactogram.parameters import parameters, summary
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.cli.catalogue import verb_places
-from tactogram.cli.functions import flags_of
+from tactogram.cli.verbs import flags_of
 from tactogram.errors import ParameterError
 from tactogram.parameters import parameters
 from tactogram.workflows.data.convert import convert_folder

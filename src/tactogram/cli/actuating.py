@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import columns, lines_of
 from tactogram.cli.stopping import interrupt_on_sigterm
+from tactogram.cli.verbs import Verb
 
 ACTUATORS = "tactogram.workflows.rendering.actuators"
 
@@ -49,8 +49,8 @@ def _show_status(line: str) -> None:
 
 
 VERBS = {
-    "calibrate": FunctionVerb(f"{ACTUATORS}:calibrate", _calibrate_text),
-    "transducer": FunctionVerb(f"{ACTUATORS}:transducer", lines_of),
-    "track": FunctionVerb(f"{ACTUATORS}:track", lines_of, within=_tracking),
-    "play": FunctionVerb(f"{ACTUATORS}:play", lines_of, within=interrupt_on_sigterm),
+    "calibrate": Verb(f"{ACTUATORS}:calibrate", _calibrate_text),
+    "transducer": Verb(f"{ACTUATORS}:transducer", lines_of),
+    "track": Verb(f"{ACTUATORS}:track", lines_of, within=_tracking),
+    "play": Verb(f"{ACTUATORS}:play", lines_of, within=interrupt_on_sigterm),
 }

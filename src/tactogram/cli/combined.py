@@ -8,8 +8,8 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
-from tactogram.cli.functions import UsageError, spelt
 from tactogram.cli.stopping import catch_stop_signals
+from tactogram.cli.verbs import UsageError, spelt
 from tactogram.errors import ParameterError
 from tactogram.parameters import Count, Parameter, checked, parameters, with_further
 from tactogram.workflows.evaluation.crossval import crossval  # noqa: F401  (its parameters are referred to)

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from tactogram.cli.catalogue import group_helps, nearest_verb, overview, verb_places
-from tactogram.cli.functions import flags_of, run
 from tactogram.cli.hints import in_words
+from tactogram.cli.verbs import flags_of, run
 from tactogram.errors import StoppedError, TactogramError
 
 # torch's threads spin when they wait, and collapse when a core is busy. Read when torch is imported.

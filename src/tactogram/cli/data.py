@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb, flags_of
 from tactogram.cli.printing import columns, lines_of, ratings_text, shortened
+from tactogram.cli.verbs import Verb, flags_of
 
 WORKFLOWS = "tactogram.workflows.data"
 
@@ -69,22 +69,22 @@ def _rate_text(facts: dict[str, Any]) -> str:
 
 
 VERBS = {
-    "data list": FunctionVerb(f"{WORKFLOWS}.stores:list_sets", _list_text),
-    "data import": FunctionVerb(
+    "data list": Verb(f"{WORKFLOWS}.stores:list_sets", _list_text),
+    "data import": Verb(
         f"{WORKFLOWS}.stores:import_store",
         _import_text,
         status=_import_status,
         advice=ADVICE,
     ),
-    "data simulate": FunctionVerb(f"{WORKFLOWS}.simulate:simulate_to_store", lines_of),
-    "data export": FunctionVerb(f"{WORKFLOWS}.stores:export_store", lines_of),
-    "data info": FunctionVerb(f"{WORKFLOWS}.stores:store_info", _info_text),
-    "data check": FunctionVerb(
+    "data simulate": Verb(f"{WORKFLOWS}.simulate:simulate_to_store", lines_of),
+    "data export": Verb(f"{WORKFLOWS}.stores:export_store", lines_of),
+    "data info": Verb(f"{WORKFLOWS}.stores:store_info", _info_text),
+    "data check": Verb(
         f"{WORKFLOWS}.stores:check_store", lines_of, status=lambda facts: 0 if facts["ok"] else 1
     ),
-    "data copy": FunctionVerb(f"{WORKFLOWS}.stores:copy", lines_of),
-    "data add": FunctionVerb(f"{WORKFLOWS}.stores:add_signal", lines_of),
-    "data like": FunctionVerb(f"{WORKFLOWS}.stores:find_similar_to_file", _like_text),
-    "data rate": FunctionVerb(f"{WORKFLOWS}.rating_tables:rate_store", _rate_text),
-    "data ratings": FunctionVerb(f"{WORKFLOWS}.rating_tables:export_ratings", lines_of),
+    "data copy": Verb(f"{WORKFLOWS}.stores:copy", lines_of),
+    "data add": Verb(f"{WORKFLOWS}.stores:add_signal", lines_of),
+    "data like": Verb(f"{WORKFLOWS}.stores:find_similar_to_file", _like_text),
+    "data rate": Verb(f"{WORKFLOWS}.rating_tables:rate_store", _rate_text),
+    "data ratings": Verb(f"{WORKFLOWS}.rating_tables:export_ratings", lines_of),
 }

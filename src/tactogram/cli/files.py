@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb, flags_of
 from tactogram.cli.hints import with_options
 from tactogram.cli.printing import Printer, columns, lines_of, text_of
+from tactogram.cli.verbs import Verb, flags_of
 
 
 def _text(facts: Mapping[str, Any]) -> str:
@@ -91,7 +91,7 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
 
 
 VERBS = {
-    "convert": FunctionVerb(
+    "convert": Verb(
         "tactogram.workflows.data.convert:convert",
         _text,
         status=_status,

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from tactogram.cli.files import loss_lines
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import text_of
+from tactogram.cli.verbs import Verb
 
 if TYPE_CHECKING:
     from tactogram.training.run import Run
@@ -90,13 +90,7 @@ def _mixed(result: dict[str, Any]) -> str:
 
 
 VERBS = {
-    "clone": FunctionVerb(
-        "tactogram.workflows.generation.clone:clone", _cloned, _clone_notes, facts=_clone_facts
-    ),
-    "generate": FunctionVerb(
-        "tactogram.cli.combined:generate_to_files", _generated, _limits, folders=("models",)
-    ),
-    "mix": FunctionVerb(
-        "tactogram.workflows.evaluation.mixing_ladder:mixing_ladder", _mixed, folders=("models",)
-    ),
+    "clone": Verb("tactogram.workflows.generation.clone:clone", _cloned, _clone_notes, facts=_clone_facts),
+    "generate": Verb("tactogram.cli.combined:generate_to_files", _generated, _limits, folders=("models",)),
+    "mix": Verb("tactogram.workflows.evaluation.mixing_ladder:mixing_ladder", _mixed, folders=("models",)),
 }

@@ -15,7 +15,7 @@ ADDITION = re.compile(r"`(--[\w-]+) ('[^'`]+'|[^`\s]+)`")
 def in_words(error: TactogramError, flags: Mapping[str, str], words: Sequence[str]) -> str:
     """Return the message of an error for the user of a command: options, the nearest name, and the command with more.
 
-    ``flags`` are those of `tactogram.cli.functions.flags_of`, ``words`` the command.
+    ``flags`` are those of `tactogram.cli.verbs.flags_of`, ``words`` the command.
     """
     message = str(error)
     if error.parameter in flags and message.startswith(error.parameter):

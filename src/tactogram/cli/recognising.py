@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import columns, text_of
+from tactogram.cli.verbs import Verb
 
 FILES = "tactogram.workflows.recognition.files"
 
@@ -38,7 +38,7 @@ def _nearest(result: dict[str, Any]) -> str:
 
 
 VERBS = {
-    "classify": FunctionVerb(f"{FILES}:classify_files", _classes, folders=("models",)),
-    "score": FunctionVerb(f"{FILES}:score_files", _scores, folders=("models",)),
-    "search": FunctionVerb(f"{FILES}:search_file", _nearest, folders=("models",)),
+    "classify": Verb(f"{FILES}:classify_files", _classes, folders=("models",)),
+    "score": Verb(f"{FILES}:score_files", _scores, folders=("models",)),
+    "search": Verb(f"{FILES}:search_file", _nearest, folders=("models",)),
 }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import columns, lines_of, text_of
+from tactogram.cli.verbs import Verb
 
 RENDER = "tactogram.workflows.rendering.render"
 
@@ -30,8 +30,8 @@ def _shown(value: Any) -> str:
 
 
 VERBS = {
-    "displays": FunctionVerb(f"{RENDER}:describe_displays", _displays_text),
-    "render": FunctionVerb(f"{RENDER}:render", _render_text),
-    "sweep": FunctionVerb(f"{RENDER}:write_sweep", lines_of),
-    "response": FunctionVerb(f"{RENDER}:write_identified", lines_of),
+    "displays": Verb(f"{RENDER}:describe_displays", _displays_text),
+    "render": Verb(f"{RENDER}:render", _render_text),
+    "sweep": Verb(f"{RENDER}:write_sweep", lines_of),
+    "response": Verb(f"{RENDER}:write_identified", lines_of),
 }

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import accuracies, columns, lines_of, terminal_width
+from tactogram.cli.verbs import Verb
 
 if TYPE_CHECKING:
     from tactogram.models import ModelInfo
@@ -121,7 +121,7 @@ def _in_and_out(model: ModelInfo) -> str:
 
 
 VERBS = {
-    "demo": FunctionVerb("tactogram.workflows.demo:demo", _demo_text),
-    "doctor": FunctionVerb("tactogram.workflows.doctor:doctor", _doctor_text),
-    "models": FunctionVerb("tactogram.cli.start:describe_models", _models_text, folders=("models",)),
+    "demo": Verb("tactogram.workflows.demo:demo", _demo_text),
+    "doctor": Verb("tactogram.workflows.doctor:doctor", _doctor_text),
+    "models": Verb("tactogram.cli.start:describe_models", _models_text, folders=("models",)),
 }

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.stopping import interrupt_on_sigterm
+from tactogram.cli.verbs import Verb
 
 
 def _text(result: dict[str, Any]) -> str:
@@ -51,7 +51,7 @@ class _StatusPrinter:
 
 
 VERBS = {
-    "stream": FunctionVerb(
+    "stream": Verb(
         "tactogram.workflows.streaming.stream:stream",
         _text,
         lambda result: result["limited"],

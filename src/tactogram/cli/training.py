@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import accuracies, columns, lines_of, text_of
+from tactogram.cli.verbs import Verb
 
 TRAINING = "tactogram.workflows.training"
 EVALUATION = "tactogram.workflows.evaluation"
@@ -109,10 +109,10 @@ def _words_text(result: dict[str, Any]) -> str:
 
 
 VERBS = {
-    "train": FunctionVerb("tactogram.cli.combined:train_or_resume", _trained, bare=("resume",)),
-    "crossval": FunctionVerb(f"{EVALUATION}.crossval:crossval", _crossvalidated, named=("data",)),
-    "evaluate": FunctionVerb(f"{EVALUATION}.evaluate:evaluate", _evaluated, folders=("models",)),
-    "compare": FunctionVerb(f"{TRAINING}.run_comparison:compare_runs", _compared),
-    "run export": FunctionVerb(f"{TRAINING}.export:export", _exported),
-    "run import": FunctionVerb(f"{TRAINING}.export:import_from", lines_of),
+    "train": Verb("tactogram.cli.combined:train_or_resume", _trained, bare=("resume",)),
+    "crossval": Verb(f"{EVALUATION}.crossval:crossval", _crossvalidated, named=("data",)),
+    "evaluate": Verb(f"{EVALUATION}.evaluate:evaluate", _evaluated, folders=("models",)),
+    "compare": Verb(f"{TRAINING}.run_comparison:compare_runs", _compared),
+    "run export": Verb(f"{TRAINING}.export:export", _exported),
+    "run import": Verb(f"{TRAINING}.export:import_from", lines_of),
 }

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import Printer, columns, lines_of, terminal_width, text_of
+from tactogram.cli.verbs import Verb
 
 
 def _tasks(tasks: dict[str, Any]) -> str:
@@ -67,23 +67,21 @@ CATALOGUE = "tactogram_benchmark.experiments.catalogue"
 PLACES = ("tasks", "stores")
 
 VERBS = {
-    "benchmark list": FunctionVerb(f"{WORKFLOWS}:list_tasks", _tasks, folders=PLACES),
-    "benchmark run": FunctionVerb(
+    "benchmark list": Verb(f"{WORKFLOWS}:list_tasks", _tasks, folders=PLACES),
+    "benchmark run": Verb(
         f"{WORKFLOWS}:run_benchmark",
         _run,
         folders=("models", *PLACES),
         status=lambda report: 0 if report["complete"] else 1,
     ),
-    "benchmark table": FunctionVerb(
-        f"{WORKFLOWS}:rank_results", lambda result: result["text"], folders=("tasks",)
-    ),
-    "benchmark check": FunctionVerb(f"{WORKFLOWS}:check_file", lines_of, folders=("tasks",)),
-    "benchmark questions": FunctionVerb(f"{WORKFLOWS}:ask_questions", lines_of, folders=PLACES),
-    "benchmark score": FunctionVerb(f"{WORKFLOWS}:score_answers", _scores, folders=PLACES),
-    "reproduce": FunctionVerb(
+    "benchmark table": Verb(f"{WORKFLOWS}:rank_results", lambda result: result["text"], folders=("tasks",)),
+    "benchmark check": Verb(f"{WORKFLOWS}:check_file", lines_of, folders=("tasks",)),
+    "benchmark questions": Verb(f"{WORKFLOWS}:ask_questions", lines_of, folders=PLACES),
+    "benchmark score": Verb(f"{WORKFLOWS}:score_answers", _scores, folders=PLACES),
+    "reproduce": Verb(
         f"{CATALOGUE}:reproduce",
         lambda result: result["text"],
         listing=("list the experiments", _experiments),
     ),
-    "table": FunctionVerb(f"{CATALOGUE}:published_figures", _figures, folders=("models",)),
+    "table": Verb(f"{CATALOGUE}:published_figures", _figures, folders=("models",)),
 }

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import Printer, columns, text_of
+from tactogram.cli.verbs import Verb
 
 
 def _plans(show: Printer) -> None:
@@ -75,14 +75,14 @@ def _log_notes(result: dict[str, Any]) -> Iterator[str]:
 WORKFLOWS = "tactogram_capture.workflows"
 
 VERBS = {
-    "capture": FunctionVerb(
+    "capture": Verb(
         f"{WORKFLOWS}.session:capture",
         _session_text,
         folders=("models",),
         listing=("list the plans that come with the package", _plans),
     ),
-    "live": FunctionVerb("tactogram_capture.cli.live_view:live_on_terminal", str, folders=("models",)),
-    "sources": FunctionVerb("tactogram_capture.catalogue:find_sources", _sources_text),
-    "device": FunctionVerb(f"{WORKFLOWS}.devices:try_device", _device_text),
-    "capture-log": FunctionVerb(f"{WORKFLOWS}.logs:capture_log", _log_text, _log_notes),
+    "live": Verb("tactogram_capture.cli.live_view:live_on_terminal", str, folders=("models",)),
+    "sources": Verb("tactogram_capture.catalogue:find_sources", _sources_text),
+    "device": Verb(f"{WORKFLOWS}.devices:try_device", _device_text),
+    "capture-log": Verb(f"{WORKFLOWS}.logs:capture_log", _log_text, _log_notes),
 }

@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from tactogram.cli.functions import FunctionVerb
 from tactogram.cli.printing import columns, lines_of
+from tactogram.cli.verbs import Verb
 
 MOST_KEYS = 8
 """Keys of missing texts that a line names."""
@@ -101,17 +101,17 @@ def _power(result: dict[str, Any]) -> str:
 WORKFLOWS = "tactogram_study.workflows"
 STUDIES, SESSIONS = f"{WORKFLOWS}.studies", f"{WORKFLOWS}.sessions"
 VERBS = {
-    "study list": FunctionVerb(f"{STUDIES}:list_studies", _studies, folders=FOLDERS),
-    "study designs": FunctionVerb(f"{STUDIES}:list_designs", _designs, folders=FOLDERS),
-    "study languages": FunctionVerb(f"{STUDIES}:list_languages", _languages, folders=("languages",)),
-    "study check": FunctionVerb(f"{STUDIES}:check_study", _check, _limited, FOLDERS),
-    "study simulate": FunctionVerb(f"{SESSIONS}:simulate_study", _simulated, folders=FOLDERS),
-    "study export": FunctionVerb(f"{WORKFLOWS}.answers:export_study", lines_of, _lost, FOLDERS),
-    "study withdraw": FunctionVerb(f"{SESSIONS}:withdraw", _withdrawn, folders=FOLDERS),
-    "study progress": FunctionVerb(f"{SESSIONS}:session_progress", _progress, folders=FOLDERS),
-    "study note": FunctionVerb(f"{SESSIONS}:write_note", lines_of, folders=FOLDERS),
-    "study abort": FunctionVerb(f"{SESSIONS}:abort_participant", lines_of, folders=FOLDERS),
-    "study end": FunctionVerb(f"{SESSIONS}:end_session", lines_of, folders=FOLDERS),
-    "study analyse": FunctionVerb(f"{WORKFLOWS}.analysis:analyse_study", _analysis, folders=FOLDERS),
-    "study power": FunctionVerb(f"{WORKFLOWS}.power:study_power", _power, folders=FOLDERS),
+    "study list": Verb(f"{STUDIES}:list_studies", _studies, folders=FOLDERS),
+    "study designs": Verb(f"{STUDIES}:list_designs", _designs, folders=FOLDERS),
+    "study languages": Verb(f"{STUDIES}:list_languages", _languages, folders=("languages",)),
+    "study check": Verb(f"{STUDIES}:check_study", _check, _limited, FOLDERS),
+    "study simulate": Verb(f"{SESSIONS}:simulate_study", _simulated, folders=FOLDERS),
+    "study export": Verb(f"{WORKFLOWS}.answers:export_study", lines_of, _lost, FOLDERS),
+    "study withdraw": Verb(f"{SESSIONS}:withdraw", _withdrawn, folders=FOLDERS),
+    "study progress": Verb(f"{SESSIONS}:session_progress", _progress, folders=FOLDERS),
+    "study note": Verb(f"{SESSIONS}:write_note", lines_of, folders=FOLDERS),
+    "study abort": Verb(f"{SESSIONS}:abort_participant", lines_of, folders=FOLDERS),
+    "study end": Verb(f"{SESSIONS}:end_session", lines_of, folders=FOLDERS),
+    "study analyse": Verb(f"{WORKFLOWS}.analysis:analyse_study", _analysis, folders=FOLDERS),
+    "study power": Verb(f"{WORKFLOWS}.power:study_power", _power, folders=FOLDERS),
 }

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tactogram.cli.functions import FunctionVerb, flags_of, run
+from tactogram.cli.verbs import Verb, flags_of, run
 from tactogram.errors import ParameterError
 from tactogram.parameters import Count, Positive, Settings, Share, checked, parameters, summary
 
@@ -74,7 +74,7 @@ def again(
     return {"source": list(source), "band": band, "format": format}
 
 
-VERB = FunctionVerb(f"{__name__}:mixed", lambda result: f"count {result['count']}", lambda result: ["noted"])
+VERB = Verb(f"{__name__}:mixed", lambda result: f"count {result['count']}", lambda result: ["noted"])
 
 
 def test_parameters_are_those_of_signature_and_docstring():
@@ -91,7 +91,7 @@ def test_parameters_are_those_of_signature_and_docstring():
 def test_options_reach_the_function_as_its_types():
     line = "s3://a.wav b c --rate 5 --axes x,y --mix cork=0.6,tile=0.4 --set a.b=[1] --set c=true --no-sound"
     seen = {}
-    verb = FunctionVerb(VERB.function, lambda result: seen.update(result) or "")
+    verb = Verb(VERB.function, lambda result: seen.update(result) or "")
     assert run("mix", verb, line.split()) == 0
     assert seen["source"] == "s3://a.wav"
     assert list(seen["files"]) == ["b", "c"]
@@ -181,7 +181,7 @@ def shown(out: Path | str, *, show):
 
 
 def test_a_function_may_print_by_itself_and_its_out_is_an_option(tmp_path, capsys):
-    verb = FunctionVerb(f"{__name__}:shown", str)
+    verb = Verb(f"{__name__}:shown", str)
     assert run("shown", verb, ["--out", str(tmp_path / "a.wav")]) == 0
     assert capsys.readouterr().out == f"wrote {tmp_path / 'a.wav'}\n"
     assert run("shown", verb, ["a.wav"]) == 2
@@ -200,7 +200,7 @@ def test_a_list_needs_nothing_else_and_a_result_has_a_status(capsys):
 def test_pairs_several_files_second_spellings_and_further_arguments(capsys):
     seen = {}
     told = []
-    verb = FunctionVerb(
+    verb = Verb(
         f"{__name__}:again",
         lambda result: seen.update(result) or "",
         within=lambda: nullcontext({"tell": told.append}),
@@ -227,7 +227,7 @@ def opened(model: str, data: str, *, resume: str | None = None):
 @pytest.mark.parametrize(("words", "resume"), [("--resume", ""), ("--resume r", "r"), ("", None)])
 def test_an_option_may_be_bare_and_what_python_takes_by_position_may_be_named(words, resume):
     seen = {}
-    verb = FunctionVerb(
+    verb = Verb(
         f"{__name__}:opened", lambda result: seen.update(result) or "", named=("data",), bare=("resume",)
     )
     assert run("open", verb, ["cnn", *words.split(), "--data", "d"]) == 0

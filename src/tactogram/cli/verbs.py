@@ -1,4 +1,4 @@
-"""Verbs that are functions: options from their parameters, parsed by cyclopts, and the printed result."""
+"""Verbs: functions whose options are their parameters, parsed by cyclopts, and the text of their result."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class UsageError(Exception):
     """Options that do not go together; shown with the usage line, exit status 2."""
 
 
-class FunctionVerb(NamedTuple):
+class Verb(NamedTuple):
     """A verb: its function as ``module:name``, and the text of its result for people.
 
     A parameter ``progress`` of the function gets the progress bar, and ``show`` the `Printer`, for a verb that prints
@@ -93,7 +93,7 @@ class FunctionVerb(NamedTuple):
         return function
 
 
-def run(words: str, verb: FunctionVerb, arguments: Sequence[str]) -> int:
+def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
     """Run a verb with the arguments of the command line; return its exit status, 2 for wrong usage."""
     from cyclopts import App, CycloptsError
 
@@ -165,7 +165,7 @@ def _spellings(name: str) -> list[str]:
     return SPELLING.get(name, f"--{UNIT.sub('', name).replace('_', '-')}").split()
 
 
-def flags_of(verb: FunctionVerb) -> dict[str, str]:
+def flags_of(verb: Verb) -> dict[str, str]:
     """Return how the command line calls each parameter of a verb, and its advice."""
     from tactogram.parameters import parameters
 
