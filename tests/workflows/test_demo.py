@@ -1,6 +1,6 @@
 import json
 from dataclasses import replace
-from functools import partial
+from functools import partial, wraps
 
 import pytest
 
@@ -8,8 +8,8 @@ from tactogram.cli import main
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import RunError
 from tactogram.workflows import demo as module
-from tactogram.workflows.data import simulate
 from tactogram.workflows.demo import MIX, UNKNOWN, demo
+from tactogram.workflows.training.train import train
 
 KNOWN = ("artificial-grass", "cloth", *MIX)
 
@@ -20,16 +20,15 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     nine = SETS["stroking9"]
     five = tuple(surface for surface in nine.surfaces if surface.name in (*KNOWN, UNKNOWN))
     monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=five))
-    monkeypatch.setattr(simulate, "cores", lambda: 1)
-    monkeypatch.setattr(module, "train", partial(module.train, recipe="tiny"))
+    monkeypatch.setattr("tactogram.datasets.examples.cores", lambda: 1)
+    monkeypatch.setattr("tactogram.workflows.training.train.train", partial(train, recipe="tiny"))
     monkeypatch.setattr(module, "PER_CLASS", 8)
     monkeypatch.setattr(module, "CLASSIFIER_STEPS", 100)
     monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
     monkeypatch.setattr(module, "EVALUATION", {"steps": 20, "most": 4})
     result = {}
-    monkeypatch.setattr(
-        module, "demo", lambda *args, **options: result.update(demo(*args, **options)) or result
-    )
+    kept = wraps(demo)(lambda *args, **options: result.update(demo(*args, **options)) or result)
+    monkeypatch.setattr(module, "demo", kept)
     assert main(["demo", "--out", str(tmp_path / "demo")]) == 0
     said = capsys.readouterr().out
     assert str(tmp_path / "demo" / "report.html") in said

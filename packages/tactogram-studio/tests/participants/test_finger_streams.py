@@ -23,7 +23,7 @@ from tactogram.rendering.transducer.circuit import PRESETS
 from tactogram.rendering.transducer.simulation import TransducerSimulation
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.workflows.streaming import stream
+from tactogram.workflows.streaming import session
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
 from tactogram_study.participants.routes import make_participant_app
@@ -73,7 +73,7 @@ def outputs(monkeypatch):
         return {"device": {"library": "simulated"}}
 
     monkeypatch.setattr(streams, "run", run)
-    monkeypatch.setattr(stream, "REHEARSAL_S", 1.0)
+    monkeypatch.setattr(session, "REHEARSAL_S", 1.0)
     return found
 
 
