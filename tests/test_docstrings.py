@@ -99,8 +99,9 @@ def test_examples_give_what_they_say(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     public = inspect.unwrap(getattr(tactogram, name))
     runner = doctest.DocTestRunner()
-    for example in doctest.DocTestFinder(recurse=False).find(public, name, globs={"tactogram": tactogram}):
-        assert runner.run(example).failed == 0
+    examples = doctest.DocTestFinder(recurse=False).find(public, name, globs={"tactogram": tactogram})
+    assert any(each.examples for each in examples), "give an example"
+    assert all(runner.run(example).failed == 0 for example in examples)
 
 
 def test_what_is_not_said_is_found():

@@ -7,7 +7,13 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import ParameterError
-from tactogram.model import check_condition, condition_options, condition_types, material_weights
+from tactogram.model import (
+    check_condition,
+    check_values,
+    condition_options,
+    condition_types,
+    material_weights,
+)
 from tactogram.models import find
 from tactogram.signal.io import read_metadata, read_signal
 from tactogram.workflows.generation.generate import generate
@@ -140,3 +146,21 @@ def test_conditions_are_checked():
         check_condition({}, needs=("speed_mm_s",))
     with pytest.raises(ParameterError, match=r"'force_n' is not one this model takes \(material\)"):
         check_condition({"material": "cork", "force_n": 1.0}, needs=("material",))
+
+
+@pytest.mark.parametrize(
+    ("condition", "message"),
+    [
+        (
+            {"material": ["cork"]},
+            r"material must be str or Mapping \(weight per material.*\), got \['cork'\]",
+        ),
+        ({"image": "photo.jpg"}, r"image must be Image"),
+        ({"vibration": np.zeros((3, 100))}, r"vibration must be Signal"),
+        ({"motion": "simulated"}, r"motion must be Motion"),
+        ({"speed_mm_s": "fast"}, r"speed_mm_s must be a finite number, mm/s, got 'fast'"),
+    ],
+)
+def test_a_value_of_another_type_is_refused_by_the_name_of_its_condition(condition, message):
+    with pytest.raises(ParameterError, match=message):
+        check_values(condition)

@@ -137,11 +137,11 @@ def _generation_parameters() -> Iterator[Parameter]:
     """Yield the options of every condition, and what is known of a recording."""
     from tactogram.model import condition_options
 
-    yield from (one for one in parameters(classify_files) if one.name in _READING)
     for name, (_, option) in condition_options().items():
         annotation = getattr(option.kind, "__name__", str(option.kind))
         text = option.help[:1].upper() + option.help[1:]
         yield Parameter(name, annotation, Optional[option.kind], None, f"{text}.", False)  # noqa: UP045
+    yield from (one for one in parameters(classify_files) if one.name in _READING)
 
 
 @checked

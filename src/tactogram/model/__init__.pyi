@@ -9,6 +9,7 @@ from .conditions import (
     check_condition as check_condition,
     check_options as check_options,
     check_state as check_state,
+    check_values as check_values,
     condition_options as condition_options,
     condition_types as condition_types,
     contactor_number as contactor_number,

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
 from tactogram.plugins import entry_point_modules, further_folders, import_plugin, module_files
+from tactogram.signal import Image, Signal
+from tactogram.signal.motion import Motion
 
 ENTRY_POINTS = "tactogram.conditions"
 """Entry points of installed packages with conditions: ``my_condition = "my_package.my_condition"``."""
@@ -67,22 +69,23 @@ class ConditionType:
         Ways to state it, of which one is taken; none if it is for Python alone.
     unit : str
         Of a number; empty for another type.
+    types : tuple of type
+        Of its value in Python, if it is no number; any type if empty.
     """
 
     name: str
     help: str
     options: tuple[ConditionOption, ...] = ()
     unit: str = ""
+    types: tuple[type, ...] = ()
 
     def check(self, value: Any) -> None:
-        """Refuse a number that is none; a `ParameterError` names the condition."""
+        """Refuse a number that is none, and a value of another type; a `ParameterError` names the condition."""
         if self.unit and not (isinstance(value, int | float | np.number) and math.isfinite(value)):
-            raise ParameterError(
-                f"{self.name} must be a finite number, {self.unit}, got {value!r}",
-                parameter=self.name,
-                value=value,
-                expected=f"a finite number, {self.unit}",
-            )
+            raise ParameterError.must(self.name, f"be a finite number, {self.unit}", value)
+        if self.types and not isinstance(value, self.types):
+            names = " or ".join(one.__name__ for one in self.types)
+            raise ParameterError.must(self.name, f"be {names} ({self.help})", value)
 
 
 _READ = "tactogram.workflows.generation.generate:"
@@ -94,6 +97,7 @@ BUILT_IN = (
             ConditionOption("material", help="material that the model knows", example="NAME"),
             ConditionOption("mix", Mapping[str, float], "weights by material, e.g. A=0.6,B=0.4"),
         ),
+        types=(str, Mapping),
     ),
     ConditionType(
         "image",
@@ -107,11 +111,13 @@ BUILT_IN = (
                 example="photo.jpg",
             ),
         ),
+        types=(Image,),
     ),
     ConditionType(
         "text",
         "the surface in English, e.g. 'coarse cork', for a model that learned materials by name",
         (ConditionOption("text", help="the surface in English, e.g. 'coarse cork'; with --image, both"),),
+        types=(str,),
     ),
     ConditionType(
         "words",
@@ -125,6 +131,7 @@ BUILT_IN = (
                 example="WORD=SCORE",
             ),
         ),
+        types=(Mapping,),
     ),
     ConditionType(
         "vibration",
@@ -138,6 +145,7 @@ BUILT_IN = (
                 example="stroke.wav",
             ),
         ),
+        types=(Signal,),
     ),
     ConditionType(
         "speed_mm_s",
@@ -162,6 +170,7 @@ BUILT_IN = (
                 file="motion_from",
             ),
         ),
+        types=(Motion,),
     ),
     ConditionType(
         "vibration_speed_mm_s",
@@ -218,6 +227,14 @@ def _conditions(variable: str, path: tuple[str, ...]) -> Mapping[str, ConditionT
     return found
 
 
+def check_values(condition: Condition) -> None:
+    """Refuse values that are not of their condition's type; a `ParameterError` names the condition."""
+    known = condition_types()
+    for name, value in condition.items():
+        if value is not None and name in known:
+            known[name].check(value)
+
+
 def check_options(values: Mapping[str, Any]) -> None:
     """Refuse values of two options of one condition; a `ParameterError` names them."""
     for one in condition_types().values():
@@ -252,8 +269,7 @@ def check_condition(condition: Condition, *, needs: Sequence[str] = (), takes: S
         if value is not None and name not in (*needs, *takes):
             allowed = ", ".join((*needs, *takes)) or "none"
             raise ParameterError(f"condition {name!r} is not one this model takes ({allowed})")
-        if value is not None:
-            condition_types()[name].check(value)
+    check_values(condition)
 
 
 def check_state(names: Sequence[str], expected: Sequence[str]) -> None:

@@ -32,6 +32,11 @@ class Motion:
     ParameterError
         If the arrays differ in length, hold fewer than two samples, or contain negative or non-finite values; if times
         do not ascend, or a gain is above 1.
+
+    Examples
+    --------
+    >>> tactogram.Motion([0, 1], speed_mm_s=[50, 100]).at("speed_mm_s", [0.5])
+    array([75.])
     """
 
     time_s: Array

@@ -55,6 +55,11 @@ class Signal:
     ------
     ParameterError
         If any of the above does not hold.
+
+    Examples
+    --------
+    >>> tactogram.Signal([0, 0.5, -0.5, 0], 1000, "m/s^2")
+    <Signal: z in m/s^2, 0.004 s at 1000 Hz>
     """
 
     samples: NDArray[np.float32]

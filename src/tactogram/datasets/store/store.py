@@ -40,6 +40,11 @@ def open_store(path: Path | str) -> Store:
     ------
     DataError
         If it is not a store, is an unfinished one or of an unknown format version, or cannot be reached.
+
+    Examples
+    --------
+    >>> store = tactogram.open_store("surfaces")   # doctest: +SKIP
+    >>> store.signal(store.index[0].id, "acceleration")   # doctest: +SKIP
     """
     store = Store(location(path))
     if store.facts.unfinished is not None:

@@ -114,9 +114,6 @@ class SignalFlow(FlowLearner):
         """
         check_condition(condition, takes=(*DESCRIPTIONS, *NUMBERS, "contactor", "motion", *OF_THE_VIBRATION))
         self.known.check_contactors(condition)
-        motion = condition.get("motion")
-        if motion is not None and not isinstance(motion, Motion):
-            raise ParameterError.must("motion", "be a Motion", type(motion).__name__)
         vibration = condition.get("vibration")
         if vibration is not None and vibration.unit != self.kind.unit:
             gain = self.rms / max(rms(vibration), LEAST_RMS)

@@ -34,6 +34,9 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
     ``changes`` replace the file's values by dotted key, such as ``{"limit": 2.0, "linear.cap_db": 10}``. Raises
     `DataError` if there is no such file, or it is not TOML; `ParameterError` if a name is unknown, or a key or value
     is not valid for a display or its family.
+
+    >>> tactogram.open_display("audio", changes={"limit": 0.5}).limit
+    0.5
     """
     known = shipped()
     path = known.get(str(name), Path(name))

@@ -14,7 +14,7 @@ from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.level_scaling import without_constant
 from tactogram.rendering.drive.report import SENTENCES, FitReport, amount, signal_facts
 from tactogram.rendering.drive.safety import safe
-from tactogram.rendering.level import Level
+from tactogram.rendering.level import Level, parse_level
 from tactogram.signal.displacement import played
 from tactogram.signal.signal import RATES, Signal, signal_of
 
@@ -39,7 +39,7 @@ def fit(
     signal: Signal,
     display: Display,
     *,
-    level: Level,
+    level: Level | str,
     axes: str | None = None,
     speed_mm_s: float | Signal | None = None,
 ) -> Drive:
@@ -52,8 +52,8 @@ def fit(
     ----------
     signal : Signal
     display : Display
-    level : Level
-        There is no default.
+    level : Level or str
+        Or its text, as of `parse_level`; there is no default.
     axes : str, optional
         How several axes become the display's, see `tactogram.rendering.drive.axes`; the display's own way by default.
     speed_mm_s : float or Signal, optional
@@ -65,7 +65,15 @@ def fit(
         If the level does not apply to this signal or this display.
     ParameterError
         If a signal over displacement has no speed, a signal over time has one, or the family refuses.
+
+    Examples
+    --------
+    >>> tick = tactogram.Signal([0, 1, -1, 0] * 100, 1000, "m/s^2")
+    >>> drive = tactogram.fit(tick, tactogram.open_display("audio"), level="peak=0.5")
+    >>> round(float(abs(drive.signal.samples).max()), 2)
+    0.5
     """
+    level = parse_level(level) if isinstance(level, str) else level
     given = signal_facts(signal_of(signal))
     scaled: list[str] = []
     if signal.domain == "displacement":

@@ -243,7 +243,10 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
 
 
 def read_signal(path: str | Path, **options: Any) -> Signal:
-    """Return the signal in a file; options and errors as `read_file`, whose notes become warnings of the log."""
+    """Return the signal in a file; options and errors as `read_file`, whose notes become warnings of the log.
+
+    >>> tactogram.read_signal("log.csv", unit="g", axes=("x", "y", "z"))   # doctest: +SKIP
+    """
     file = read_file(path, **options)
     notes = [*file.notes, *([f"also holds {', '.join(file.others)}, not read"] if file.others else [])]
     for note in notes:
@@ -316,6 +319,14 @@ def write_signal(
     ------
     ParameterError
         If it is no signal, the format cannot hold it, or the metadata is not JSON.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     tactogram.write_signal(f"{folder}/tick.wav", tactogram.Signal([0, 1, -1, 0], 1000, "m/s^2"))
+    ...     tactogram.read_signal(f"{folder}/tick.wav")
+    <Signal: z in m/s^2, 0.004 s at 1000 Hz>
     """
     path, signal = Path(path), signal_of(signal)
     suffix = _suffix(path, WRITABLE)

@@ -12,7 +12,7 @@ from typing import Any
 from tactogram.datasets.simulate.materials import SYNONYMS, known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe, plain
-from tactogram.model import Condition, Limit, check_options, condition_options
+from tactogram.model import Condition, Limit, check_options, check_values, condition_options
 from tactogram.parameters import checked
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
@@ -83,6 +83,7 @@ def generate(
     _check(seconds, seed)
     if not 1 <= count <= MOST:
         raise ParameterError.must("count", f"be at least 1 and at most {MOST}", count)
+    check_values(condition)
     if condition.get("motion") is not None:
         _check_motion(loaded)
     condition = within(loaded, with_materials(loaded, condition))

@@ -1,4 +1,4 @@
-"""What any number of tabs show of a sensor: its session's console and metronome, and its traces."""
+"""Console and metronome of a session, and traces of a sensor, as any number of tabs show them."""
 
 from __future__ import annotations
 
