@@ -56,7 +56,7 @@ AVERAGE_SHARE = 0.55
 
 
 class SimulatedObserver:
-    """Observer with percepts and answers of a simulated participant; the same seed gives the same answers to the same questions."""
+    """Observer in place of a participant, simulated; the same seed gives the same answers to the same questions."""
 
     def __init__(self, effect: SimulatedEffect, seed: Sequence[int]) -> None:
         self.effect = effect
