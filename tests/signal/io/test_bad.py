@@ -1,22 +1,20 @@
 """Broken input: one line that names the file and the place, whatever the format."""
 
-import io
 import re
 import struct
-import zipfile
 
 import numpy as np
-import openpyxl
 import pytest
 import soundfile
 from hypothesis import given, settings, strategies as st
+from tests.signal.io.refused import refusal
 
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
-from tactogram.workflows.data.convert import convert
 
 ROWS = "time [s],x,y,z\n0.00,1,2,3\n0.01,1,2,3\n0.02,1,2,3\n0.03,1,2,3\n"
+
 
 TABLES = {
     "ragged": (ROWS.replace("0.02,1,2,3", "0.02,1,2"), "row 4: expected 4 columns, got 3"),
@@ -80,19 +78,6 @@ TABLES = {
 }
 
 
-def refusal(path, **options):
-    """Return the one line with which ``path`` is refused, and check that convert refuses it and writes nothing."""
-    with pytest.raises(DataError) as caught:
-        read_signal(path, **options)
-    with pytest.raises(DataError):
-        convert(path, path.with_name("target") / "b.wav", **options)
-    assert not path.with_name("target").exists()
-    line = str(caught.value)
-    assert "\n" not in line
-    assert line.startswith(f"{path}: ")
-    return line.removeprefix(f"{path}: ")
-
-
 def wav(tmp_path, channels=1, subtype="FLOAT", name="a.wav"):
     path = tmp_path / name
     soundfile.write(path, np.zeros((100, channels)), 1000, subtype)
@@ -135,20 +120,6 @@ def test_a_truncated_file_is_refused(tmp_path, suffix, share):
     assert refusal(path)
 
 
-def test_a_truncated_wav_names_the_byte(tmp_path):
-    path = wav(tmp_path)
-    path.write_bytes(path.read_bytes()[:-40])
-    assert refusal(path).startswith("truncated: chunk 'data' at byte ")
-
-
-def test_a_wav_without_samples_or_chunks_is_refused(tmp_path):
-    path = tmp_path / "a.wav"
-    soundfile.write(path, np.zeros(0), 1000)
-    assert refusal(path).startswith("no samples")
-    path.write_bytes(b"RIFF\4\0\0\0WAVE")
-    assert refusal(path) == "truncated: no fmt chunk before the end at byte 12"
-
-
 def test_a_rate_of_zero_is_refused(tmp_path):
     path = wav(tmp_path, subtype="PCM_16")
     raw = bytearray(path.read_bytes())
@@ -161,90 +132,12 @@ def test_a_rate_of_zero_is_refused(tmp_path):
     assert refusal(tmp_path / "a.csv", rate=0) == "rate must be greater than 0, got 0"
 
 
-def test_no_channels_are_refused(tmp_path):
-    path = wav(tmp_path, subtype="PCM_16")
-    raw = bytearray(path.read_bytes())
-    raw[22:24] = struct.pack("<H", 0)
-    path.write_bytes(raw)
-    assert refusal(path) == "channels must be > 0, got 0 at byte 22"
-
-
-@pytest.mark.parametrize(("value", "text"), [(np.nan, "nan"), (np.inf, "inf"), (-np.inf, "-inf")])
-def test_a_wav_that_is_not_finite_names_the_byte(tmp_path, value, text):
-    x = np.zeros((100, 2), np.float32)
-    x[7, 1] = value
-    soundfile.write(tmp_path / "a.wav", x, 1000, "FLOAT")
-    raw = (tmp_path / "a.wav").read_bytes()
-    byte = raw.index(b"data") + 8 + 4 * (7 * 2 + 1)
-    line = refusal(tmp_path / "a.wav")
-    assert line == f"axis 1, sample 7 (byte {byte}): expected a finite number, got {text}"
-
-
-def test_stereo_where_one_axis_is_expected_is_refused(tmp_path):
-    line = refusal(wav(tmp_path, channels=2), axes=("z",))
-    assert line.startswith("expected 1 axis (z), got 2 (1, 2)")
-
-
-def test_what_contradicts_the_file_is_refused(tmp_path):
-    path = tmp_path / "a.wav"
-    write_signal(path, Signal(np.ones(9), 333.3, "N"), subtype="PCM_16")
-    assert refusal(path, unit="m/s^2").startswith("the file is in N, expected m/s^2")
-    assert refusal(path, rate=1000).startswith("the file is at 333.3 Hz, expected 1000")
-    assert refusal(path, full_scale=17).startswith("full scale is 1")
-    assert refusal(wav(tmp_path, name="b.wav"), rate=500).startswith("the file is at 1000 Hz, expected 500")
-    assert read_signal(path, unit="N", rate=333.3).unit == "N"
-
-
-def test_a_wav_that_was_resampled_elsewhere_is_refused(tmp_path):
-    path = tmp_path / "a.wav"
-    write_signal(path, Signal(np.ones(9), 333.3, "N"))
-    raw = bytearray(path.read_bytes())
-    raw[24:28] = struct.pack("<I", 44100)
-    path.write_bytes(raw)
-    assert refusal(path).startswith(
-        "changed after it was described: described as 333.3 Hz, 1 channels, its header"
-    )
-
-
-def test_a_table_whose_columns_were_changed_is_refused(tmp_path):
-    path = tmp_path / "a.csv"
-    write_signal(path, Signal(np.ones((3, 9)), 100, "N"))
-    path.write_text(path.read_text().replace("y [N]", "w [N]"))
-    assert refusal(path).startswith("described with axes x, y, z, its columns are x, w, z")
-
-
 def test_a_missing_column_is_refused(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(ROWS)
     assert refusal(path, axes=["x", "w"]) == "no column 'w', there are time [s], x, y, z"
     assert refusal(path, time="clock") == "no column 'clock', there are time [s], x, y, z"
     assert refusal(path, axes=("v", "w")).startswith("expected 2 axes (v, w), got 3 (x, y, z)")
-
-
-def test_bad_arrays_are_refused(tmp_path):
-    path = tmp_path / "a.npz"
-    np.savez(path, x=np.array([object()], dtype=object))
-    assert refusal(path).startswith("x.npy holds pickled objects")
-    np.savez(path, x=np.array(["a"]))
-    assert refusal(path).startswith("must hold numbers (axis, time) with at most 64 axes, got")
-    np.savez(path, left=np.zeros(3), right=np.zeros(3))
-    assert refusal(path, axes=["left", "w"]) == "no column 'w', there are left, right"
-    np.savez(path, x=np.zeros((100, 65)))
-    assert refusal(path, rate=10).endswith("got x is float64 of shape (100, 65)")
-    np.savez(path, x=np.array([0, np.nan, 1]))
-    assert refusal(path, rate=10) == "row 1, column 'x': expected a finite number, got nan"
-    np.savez(path, x=np.zeros(3), t=np.array([0, 0.02, 0.01]))
-    assert "time goes back by 0.01 s" in refusal(path)
-    np.savez(path, x=np.zeros(0))
-    assert refusal(path, rate=10).endswith("got no samples")
-
-
-def test_a_bad_cell_of_a_worksheet_is_refused(tmp_path):
-    book = openpyxl.Workbook()
-    for row in (["t [s]", "x"], [0, 1], [0.1, "one"], [0.2, None]):
-        book.active.append(row)
-    book.save(tmp_path / "a.xlsx")
-    assert refusal(tmp_path / "a.xlsx").startswith("row 3, column 'x': expected a number, got 'one'")
 
 
 def test_no_file_is_no_file(tmp_path):
@@ -273,35 +166,3 @@ def test_damage_anywhere_is_one_line_or_harmless(tmp_path_factory, suffix, data)
             function(path)
         except DataError as error:
             assert "\n" not in str(error)  # noqa: PT017
-
-
-@pytest.mark.parametrize("values", [np.zeros(9, complex), np.array(["a"] * 9), np.zeros(9, "datetime64[s]")])
-def test_a_rate_or_time_that_is_no_number_is_refused(tmp_path, values):
-    path = tmp_path / "a.npz"
-    np.savez(path, x=np.zeros(9), rate=values[0])
-    assert refusal(path, axes=["x"]).startswith("no time column and no rate in the file")
-    np.savez(path, x=np.zeros(9), time=values)
-    assert refusal(path).startswith(("no time column and no rate in the file", "time stands still"))
-
-
-def test_booleans_are_read_as_numbers(tmp_path):
-    np.savez(tmp_path / "a.npz", x=np.array([True, False, True]))
-    assert read_signal(tmp_path / "a.npz", rate=10).samples.tolist() == [[1, 0, 1]]
-
-
-@pytest.mark.parametrize("suffix", [".npz", ".xlsx"])
-def test_an_archive_that_would_fill_the_memory_is_refused_unread(tmp_path, suffix, monkeypatch):
-    monkeypatch.setattr("tactogram.signal.io.archives.SMALL", 1000)
-    path = tmp_path / f"a{suffix}"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("x.npy", bytes(2**20))
-    assert re.match(r"must unpack to at most \d MiB in 10000 parts, got 1 MiB in 1; cut it", refusal(path))
-
-
-def test_an_array_that_claims_more_than_it_holds_is_refused(tmp_path):
-    path = tmp_path / "a.npz"
-    file = io.BytesIO()
-    np.lib.format.write_array_header_1_0(file, {"descr": "<f8", "fortran_order": False, "shape": (10**12,)})
-    with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("x.npy", file.getvalue())
-    assert refusal(path) == f"x.npy claims {8 * 10**12} bytes and holds {len(file.getvalue())}"

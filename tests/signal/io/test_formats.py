@@ -8,7 +8,6 @@ import zipfile
 
 import h5py
 import numpy as np
-import openpyxl
 import pyarrow as pa
 import pyarrow.feather
 import pyarrow.parquet
@@ -21,9 +20,17 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_file, read_image, read_signal
 
 N = 200
+
+
 T = np.arange(N) / 500
+
+
 X, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
+
+
 XYZ = np.stack([X, Y, Z])
+
+
 RECORDS = [{"t": t, "acc": {"x": x, "y": y, "z": z}} for t, x, y, z in zip(T, X, Y, Z, strict=True)]
 
 
@@ -95,61 +102,6 @@ def test_formats_of_others_are_read(tmp_path, name):
     np.testing.assert_allclose(file.signal.samples, 9.80665 * XYZ, atol=1e-4)
 
 
-def test_columns_of_an_hdf5_matrix_are_named_by_its_attributes(tmp_path):
-    hdf5(tmp_path / "a.h5", columns=["force", "speed", "note"], unit=["N", "mm/s", "1"])
-    file = read_file(tmp_path / "a.h5")
-    assert (file.stream, file.signal.unit, file.signal.rate) == ("force", "N", 500)
-    np.testing.assert_allclose(file.others["velocity"].samples[0], 1e-3 * Y, atol=1e-6)
-
-
-def test_links_of_hdf5_to_other_files_are_not_followed(tmp_path):
-    hdf5(tmp_path / "secret.h5")
-    with h5py.File(tmp_path / "a.h5", "w") as file:
-        file["stolen"] = h5py.ExternalLink("secret.h5", "run/acc")
-        layout = h5py.VirtualLayout((N, 3), float)
-        layout[:] = h5py.VirtualSource(tmp_path / "secret.h5", "run/acc", (N, 3))
-        file.create_virtual_dataset("virtual", layout)
-    with pytest.raises(DataError, match="no numbers"):
-        read_signal(tmp_path / "a.h5")
-
-
-@pytest.mark.parametrize("suffix", [".h5", ".npz"])
-def test_arrays_of_several_rates_are_streams(tmp_path, suffix):
-    path = tmp_path / f"a{suffix}"
-    arrays = {"force": X, "fs": 100.0, "air/pressure": np.tile(X, 10), "air/fs": 1000.0}
-    if suffix == ".npz":
-        np.savez(path, **arrays)
-    else:
-        with h5py.File(path, "w") as file:
-            for name, values in arrays.items():
-                file[name] = values
-            file["force"].attrs["unit"] = "N"
-            file["air/pressure"].attrs["unit"] = "Pa"
-    file = read_file(path)
-    assert file.signal.rate == 100
-    assert {name: other.rate for name, other in file.others.items()} == {"pressure": 1000}
-
-
-def test_several_arrays_that_may_be_the_signal_are_asked_about(tmp_path):
-    np.savez(tmp_path / "a.npz", left=XYZ, right=XYZ, fs=500)
-    with pytest.raises(DataError, match="which array. choose of left, right, e.g. `axes=left`"):
-        read_signal(tmp_path / "a.npz")
-    assert read_signal(tmp_path / "a.npz", axes=["right"]).axes == ("x", "y", "z")
-    np.savez(tmp_path / "b.npz", one=X, two=np.tile(X, 2), fs=500)
-    with pytest.raises(
-        DataError, match="which columns, at rates of their own: two or one. choose, e.g. `axes=two`"
-    ):
-        read_signal(tmp_path / "b.npz")
-    assert len(read_signal(tmp_path / "b.npz", axes=["two"])) == 2 * N
-
-
-def test_what_is_no_column_is_named(tmp_path):
-    np.savez(tmp_path / "a.npz", force=X, fs=500, gain=2.0, cal=np.ones(4), frames=np.zeros((9, 9, 9)))
-    [refused, single, *_] = read_file(tmp_path / "a.npz").notes
-    assert refused == "left out: frames is float64 of shape (9, 9, 9)"
-    assert single == "left out: gain, cal (single values)"
-
-
 def test_channels_of_tdms_have_rates_of_their_own(tmp_path):
     with TdmsWriter(tmp_path / "a.tdms") as file:
         fast = ChannelObject("A", "ai0", np.tile(X, 5), {"wf_increment": 1e-4, "unit_string": "V"})
@@ -200,31 +152,6 @@ def test_a_sound_of_a_phone_says_how_to_convert_it(tmp_path):
         read_signal(tmp_path / "a.m4a")
 
 
-def test_a_worksheet_without_heading_and_one_with_remarks(tmp_path):
-    book = openpyxl.Workbook()
-    for row in zip(T, X, Y, Z, strict=True):
-        book.active.append([*map(float, row)])
-    book.save(tmp_path / "a.xlsx")
-    assert read_signal(tmp_path / "a.xlsx", unit="g").axes == ("x", "y", "z")
-    book.active.insert_rows(1)
-    for column, text in enumerate(("t [s]", "x [g]", "y [g]", "z [g]", "remark"), 1):
-        book.active.cell(1, column, text)
-    book.active.cell(9, 5, "touched here")
-    book.save(tmp_path / "a.xlsx")
-    assert any("remark" in note for note in read_file(tmp_path / "a.xlsx").notes)
-
-
-def test_a_worksheet_whose_last_cell_is_filled_does_not_take_all_memory(tmp_path):
-    book = openpyxl.Workbook()
-    book.active.append([1, 2])
-    book.active.cell(1_048_576, 16_384, 3)
-    book.save(tmp_path / "a.xlsx")
-    with pytest.raises(
-        DataError, match="at most 33554432 cells up to its last, got 17179869184; save it as CSV"
-    ):
-        read_signal(tmp_path / "a.xlsx")
-
-
 @pytest.mark.parametrize(
     "suffix",
     [
@@ -251,14 +178,6 @@ def test_a_file_of_another_kind_is_one_line(tmp_path, suffix, raw):
     assert "\n" not in str(caught.value)
 
 
-def test_a_compressed_table_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("tactogram.signal.io.archives.SMALL", 2**20)
-    for name, compress in {"a.csv.gz": gzip.compress, "a.csv.bz2": bz2.compress}.items():
-        (tmp_path / name).write_bytes(compress(b"1,2\n" * 2**20))
-        with pytest.raises(DataError, match="must unpack to at most 1 MiB"):
-            read_signal(tmp_path / name)
-
-
 def test_a_photograph_of_a_phone_is_read(tmp_path):
     heif = pytest.importorskip("pillow_heif")
     heif.register_heif_opener()
@@ -266,23 +185,3 @@ def test_a_photograph_of_a_phone_is_read(tmp_path):
     image = read_image(tmp_path / "a.heic")
     assert image.pixels.shape == (48, 64, 3)
     np.testing.assert_allclose(image.pixels.mean(axis=(0, 1)), (200, 100, 50), atol=4)
-
-
-def test_the_tables_in_a_zip_are_streams_of_one_recording(tmp_path):
-    rows = "\n".join(f"{t:.3f},{x:.5f},{y:.5f},{z:.5f}" for t, x, y, z in zip(T, X, Y, Z, strict=True))
-    with zipfile.ZipFile(tmp_path / "take.zip", "w") as archive:
-        archive.writestr("Accelerometer.csv", f"seconds_elapsed,z,y,x\n{rows}\n")
-        archive.writestr(
-            "Gyroscope.csv", f"Time (s),Gyroscope x (rad/s),Gyroscope y (rad/s),Gyroscope z (rad/s)\n{rows}\n"
-        )
-        archive.writestr("meta/device.csv", "property,value\ndeviceModel,one\n")
-    found = read_file(tmp_path / "take.zip")
-    assert (found.stream, found.signal.axes, found.signal.unit) == ("acceleration", ("x", "y", "z"), "1")
-    np.testing.assert_allclose(found.signal.samples[2], X, atol=1e-5)  # the first column is z
-    assert {name: (each.axes, each.unit) for name, each in found.others.items()} == {
-        "angular_rate": (("x", "y", "z"), "rad/s")
-    }
-    with zipfile.ZipFile(tmp_path / "none.zip", "w") as archive:
-        archive.writestr("a.pdf", "no table")
-    with pytest.raises(DataError, match="holds no .csv, .tsv or .txt"):
-        read_file(tmp_path / "none.zip")

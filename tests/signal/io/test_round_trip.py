@@ -1,19 +1,20 @@
 import json
-import struct
 
 import numpy as np
 import pytest
-import soundfile
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from tactogram.errors import ParameterError
 from tactogram.signal import UNITS, Signal
-from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
-from tactogram.signal.io.sound import read_header
+from tactogram.signal.io import WRITABLE, read_metadata, read_signal, write_signal
 
 EXACT = [suffix for suffix in WRITABLE if suffix != ".flac"]
+
+
 INTEGERS = [(".wav", "PCM_U8", 8), (".wav", "PCM_16", 16), (".wav", "PCM_24", 24), (".wav", "PCM_32", 32)]
+
+
 INTEGERS += [(".flac", "PCM_S8", 8), (".flac", "PCM_16", 16), (".flac", "PCM_24", 24)]
 
 
@@ -63,86 +64,12 @@ def test_any_float32_survives_exactly(tmp_path_factory, samples, rate, unit, suf
     np.testing.assert_array_equal(read_signal(path).samples, signal.samples)
 
 
-@pytest.mark.parametrize(("suffix", "subtype", "bits"), INTEGERS)
-@given(level=st.floats(1e-9, 1e9), seed=st.integers(0, 1000))
-@settings(deadline=None, max_examples=15)
-def test_integers_keep_level_and_never_clip(tmp_path_factory, suffix, subtype, bits, level, seed):
-    path = tmp_path_factory.mktemp("a") / f"a{suffix}"
-    signal = Signal(level * np.random.default_rng(seed).normal(size=(2, 50)), 1000, "m/s^2", ("x", "y"))
-    write_signal(path, signal, subtype=subtype)
-    back = read_signal(path)
-    peak = np.abs(signal.samples).max()
-    step = peak / (2 ** (bits - 1) - 1)
-    assert soundfile.info(path).subtype == subtype
-    assert np.abs(back.samples - signal.samples).max() <= 0.51 * step + 1e-7 * peak
-
-
-@pytest.mark.parametrize(("suffix", "subtype", "bits"), INTEGERS)
-def test_integers_that_were_read_are_written_the_same(tmp_path, suffix, subtype, bits):
-    steps = np.random.default_rng(0).integers(-(2 ** (bits - 1)), 2 ** (bits - 1), 300) // 256 * 256
-    steps = np.clip(steps, -(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
-    signal = Signal(steps / 2 ** (bits - 1), 44100, "1")
-    write_signal(tmp_path / f"a{suffix}", signal, subtype=subtype)
-    np.testing.assert_array_equal(read_signal(tmp_path / f"a{suffix}").samples, signal.samples)
-
-
-def test_silence_is_an_integer_too(tmp_path):
-    write_signal(tmp_path / "a.wav", Signal(np.zeros(10), 1000, "N"), subtype="PCM_16")
-    assert not read_signal(tmp_path / "a.wav").samples.any()
-
-
-def test_wav_is_float_by_default_and_readable_by_others(tmp_path):
-    signal = noise(1, rate=1000.0)
-    write_signal(tmp_path / "a.wav", signal)
-    samples, rate = soundfile.read(tmp_path / "a.wav", dtype="float32")
-    assert soundfile.info(tmp_path / "a.wav").subtype == "FLOAT"
-    assert rate == 1000
-    np.testing.assert_array_equal(samples, signal.samples[0])
-    assert read_header(tmp_path / "a.wav").size == 4 * len(signal)
-
-
-@pytest.mark.parametrize(
-    ("axes", "subtype", "code"), [(1, "PCM_16", 1), (2, "FLOAT", 3), (3, "FLOAT", 0xFFFE)]
-)
-def test_many_channels_are_extensible(tmp_path, axes, subtype, code):
-    write_signal(tmp_path / "a.wav", noise(axes), subtype=subtype)
-    raw = (tmp_path / "a.wav").read_bytes()
-    assert struct.unpack_from("<H", raw, raw.index(b"fmt ") + 8) == (code,)
-    assert struct.unpack_from("<I", raw, 4) == (len(raw) - 8,)
-
-
-def test_the_full_scale_that_is_asked_for_is_kept(tmp_path):
-    signal = Signal([0.5, -19.0, 3.0], 1000, "m/s^2")
-    write_signal(tmp_path / "a.wav", signal, subtype="PCM_16", full_scale=20)
-    assert soundfile.read(tmp_path / "a.wav", dtype="int16")[0].tolist() == [819, -31130, 4915]
-    np.testing.assert_allclose(read_signal(tmp_path / "a.wav").samples, signal.samples, atol=20 / 2**16)
-
-
 def test_npz_holds_no_pickle_and_reads_in_numpy(tmp_path):
     signal = noise()
     write_signal(tmp_path / "a.npz", signal)
     with np.load(tmp_path / "a.npz", allow_pickle=False) as file:
         np.testing.assert_array_equal(file["samples"], signal.samples)
         assert json.loads(str(file["tactogram"]))["unit"] == "m/s^2"
-
-
-def test_csv_has_time_and_units_in_its_heading(tmp_path):
-    write_signal(tmp_path / "a.csv", Signal([[1, 2], [3, 4], [5, 6]], 1000, "m/s^2"))
-    _, heading, first, second = (tmp_path / "a.csv").read_text().splitlines()
-    assert heading == "time [s],x [m/s^2],y [m/s^2],z [m/s^2]"
-    assert (first, second) == ("0,1,3,5", "0.001,2,4,6")
-
-
-def test_csv_without_its_first_line_still_means_the_same(tmp_path):
-    signal = noise(3, rate=333.3)
-    write_signal(tmp_path / "a.csv", signal)
-    text = (tmp_path / "a.csv").read_text().partition("\n")[2]
-    (tmp_path / "b.csv").write_text(text)
-    back = read_file(tmp_path / "b.csv")
-    np.testing.assert_array_equal(back.signal.samples, signal.samples)
-    assert back.signal.rate == pytest.approx(333.3, rel=1e-9)
-    assert (back.signal.unit, back.signal.axes) == (signal.unit, signal.axes)
-    assert back.timing.even
 
 
 def test_some_axes_can_be_read_by_name(tmp_path):
@@ -198,11 +125,3 @@ def test_formats_have_limits(tmp_path, name, signal, line):
     with pytest.raises(ParameterError, match=line):
         write_signal(tmp_path / name, signal)
     assert not list(tmp_path.iterdir())
-
-
-def test_a_worksheet_over_displacement_may_have_coarse_steps(tmp_path):
-    signal = Signal(np.arange(6.0), 5.0, "1", domain="displacement")
-    write_signal(tmp_path / "a.xlsx", signal)
-    back = read_signal(tmp_path / "a.xlsx")
-    assert (back.rate, back.domain) == (5.0, "displacement")
-    np.testing.assert_array_equal(back.samples, signal.samples)

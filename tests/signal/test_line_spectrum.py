@@ -3,8 +3,11 @@
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
+from tactogram.signal import Signal
+from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.line_spectrum import (
     line_spectrum_of_reflection,
     polynomial_of_reflection,
@@ -105,3 +108,18 @@ def test_polynomial_must_begin_with_1():
 def test_reflection_of_1_is_refused():
     with pytest.raises(ParameterError, match=r"within \(-1, 1\)"):
         line_spectrum_of_reflection([0.5, 1.0])
+
+
+RATE = 1000.0
+
+
+def drawn(polynomial, seconds, seed, deviation=1.0):
+    noise = np.random.default_rng(seed).standard_normal(round(seconds * RATE) + 2000) * deviation
+    return Signal(lfilter([1], polynomial, noise)[2000:], RATE, "m/s^2")
+
+
+def test_reflection_of_polynomial_agrees_with_the_fit():
+    model = fit_autoregressive(drawn([1, -1.6, 0.9], 5, 0), order=6)
+    np.testing.assert_allclose(
+        reflection_of_polynomial(model.coefficients[0]), model.reflection[0], atol=1e-9
+    )
