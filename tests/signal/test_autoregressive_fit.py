@@ -1,4 +1,4 @@
-"""Autoregressive fit."""
+"""Autoregressive models fitted to recordings."""
 
 import numpy as np
 import pytest

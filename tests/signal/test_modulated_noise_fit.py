@@ -1,4 +1,4 @@
-"""Modulated noise fit."""
+"""Modulated noise fitted to recordings."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Modulated noise synthesis."""
+"""Signals of modulated noise, whole and in blocks."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Resampling."""
+"""Signals at other rates."""
 
 import numpy as np
 import pytest

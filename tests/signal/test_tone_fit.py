@@ -1,4 +1,4 @@
-"""Tone fit."""
+"""Tones found in recordings."""
 
 import numpy as np
 import pytest

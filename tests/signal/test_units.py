@@ -1,4 +1,4 @@
-"""Units."""
+"""Units as files spell them."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Archives."""
+"""Archives and compressed tables."""
 
 import bz2
 import gzip
@@ -28,7 +28,7 @@ N = 200
 T = np.arange(N) / 500
 
 
-X, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
+WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
 
 
 def test_a_compressed_table_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):
@@ -40,7 +40,7 @@ def test_a_compressed_table_that_would_fill_the_memory_is_refused(tmp_path, monk
 
 
 def test_the_tables_in_a_zip_are_streams_of_one_recording(tmp_path):
-    rows = "\n".join(f"{t:.3f},{x:.5f},{y:.5f},{z:.5f}" for t, x, y, z in zip(T, X, Y, Z, strict=True))
+    rows = "\n".join(f"{t:.3f},{x:.5f},{y:.5f},{z:.5f}" for t, x, y, z in zip(T, WAVE, Y, Z, strict=True))
     with zipfile.ZipFile(tmp_path / "take.zip", "w") as archive:
         archive.writestr("Accelerometer.csv", f"seconds_elapsed,z,y,x\n{rows}\n")
         archive.writestr(
@@ -49,7 +49,7 @@ def test_the_tables_in_a_zip_are_streams_of_one_recording(tmp_path):
         archive.writestr("meta/device.csv", "property,value\ndeviceModel,one\n")
     found = read_file(tmp_path / "take.zip")
     assert (found.stream, found.signal.axes, found.signal.unit) == ("acceleration", ("x", "y", "z"), "1")
-    np.testing.assert_allclose(found.signal.samples[2], X, atol=1e-5)  # the first column is z
+    np.testing.assert_allclose(found.signal.samples[2], WAVE, atol=1e-5)  # the first column is z
     assert {name: (each.axes, each.unit) for name, each in found.others.items()} == {
         "angular_rate": (("x", "y", "z"), "rad/s")
     }

@@ -1,4 +1,4 @@
-"""Clocks."""
+"""Columns of time."""
 
 import pytest
 

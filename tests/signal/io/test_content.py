@@ -1,4 +1,4 @@
-"""Content."""
+"""What a file states, and what is added to it."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Hdf5."""
+"""Data sets of HDF5."""
 
 import h5py
 import numpy as np
@@ -10,10 +10,10 @@ from tactogram.signal.io import read_file, read_signal
 N = 200
 
 
-X, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
+WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
 
 
-XYZ = np.stack([X, Y, Z])
+XYZ = np.stack([WAVE, Y, Z])
 
 
 def hdf5(path, **attributes):

@@ -1,7 +1,8 @@
-"""MAT files of MATLAB and LVM files of LabVIEW."""
+"""LVM and TDMS files of LabVIEW."""
 
 import numpy as np
 import pytest
+from nptdms import ChannelObject, RootObject, TdmsWriter
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_columns, read_file, read_signal
@@ -102,3 +103,39 @@ def test_a_bad_lvm_is_refused(tmp_path, change, says):
     path.write_text(change(path.read_text()))
     with pytest.raises(DataError, match=says):
         read_signal(path)
+
+
+N = 200
+
+
+WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
+
+
+XYZ = np.stack([WAVE, Y, Z])
+
+
+def tdms(path):
+    facts = {"wf_increment": 0.002, "wf_start_offset": 0.0, "unit_string": "g"}
+    with TdmsWriter(path) as file:
+        channels = [ChannelObject("acc", name, each, facts) for name, each in zip("xyz", XYZ, strict=True)]
+        file.write_segment([RootObject(), *channels])
+
+
+def test_channels_of_tdms_have_rates_of_their_own(tmp_path):
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        fast = ChannelObject("A", "ai0", np.tile(WAVE, 5), {"wf_increment": 1e-4, "unit_string": "V"})
+        file.write_segment(
+            [fast, ChannelObject("A", "force", WAVE, {"wf_increment": 1e-3, "unit_string": "N"})]
+        )
+    file = read_file(tmp_path / "a.tdms")
+    assert (file.stream, file.signal.rate, file.others["voltage"].rate) == (
+        "force",
+        pytest.approx(1000),
+        pytest.approx(10000),
+    )
+
+
+def test_a_tdms_that_is_cut_off_is_read_and_said(tmp_path):
+    tdms(tmp_path / "a.tdms")
+    (tmp_path / "a.tdms").write_bytes((tmp_path / "a.tdms").read_bytes()[:-1000])
+    assert "last segment is cut off: what is there is read" in read_file(tmp_path / "a.tdms").notes

@@ -1,4 +1,4 @@
-"""Matlab."""
+"""MAT files of MATLAB."""
 
 import zlib
 

@@ -1,4 +1,4 @@
-"""Roles."""
+"""Which columns are axes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Sound."""
+"""Sound files."""
 
 import struct
 
@@ -8,6 +8,7 @@ import soundfile
 from hypothesis import given, settings, strategies as st
 from tests.signal.io.refused import refusal
 
+from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_file, read_metadata, read_signal, write_signal
 from tactogram.signal.io.sound import read_header
@@ -155,3 +156,44 @@ def test_the_full_scale_that_is_asked_for_is_kept(tmp_path):
     write_signal(tmp_path / "a.wav", signal, subtype="PCM_16", full_scale=20)
     assert soundfile.read(tmp_path / "a.wav", dtype="int16")[0].tolist() == [819, -31130, 4915]
     np.testing.assert_allclose(read_signal(tmp_path / "a.wav").samples, signal.samples, atol=20 / 2**16)
+
+
+N = 200
+
+
+WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
+
+
+XYZ = np.stack([WAVE, Y, Z])
+
+
+SOUNDS = {
+    ".aiff": ("AIFF", "PCM_16"), ".au": ("AU", "PCM_16"), ".caf": ("CAF", "PCM_16"), ".w64": ("W64", "FLOAT"),
+    ".rf64": ("RF64", "PCM_24"), ".ogg": ("OGG", "VORBIS"), ".opus": ("OGG", "OPUS"), ".mp3": ("MP3", "MPEG_LAYER_III"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("suffix", SOUNDS)
+def test_sounds_of_others_are_read(tmp_path, suffix):
+    form, subtype = SOUNDS[suffix]
+    wave = 0.5 * np.sin(2 * np.pi * 250 * np.arange(24000) / 48000)
+    soundfile.write(tmp_path / f"a{suffix}", wave, 48000, subtype, format=form)
+    signal = read_signal(tmp_path / f"a{suffix}")
+    assert (signal.rate, signal.unit, len(signal)) == (48000, "1", 24000)
+    np.testing.assert_allclose(signal.samples[0, 4000:20000], wave[4000:20000], atol=0.02)
+
+
+@pytest.mark.parametrize("suffix", [".aiff", ".au", ".caf", ".w64", ".rf64", ".mp3"])
+def test_a_sound_that_is_cut_off_is_refused(tmp_path, suffix):
+    form, subtype = SOUNDS[suffix]
+    soundfile.write(tmp_path / f"a{suffix}", np.tile(XYZ[:2], 50).T / 2, 48000, subtype, format=form)
+    raw = (tmp_path / f"a{suffix}").read_bytes()
+    (tmp_path / f"a{suffix}").write_bytes(raw[: 2 * len(raw) // 3])
+    with pytest.raises(DataError, match="truncated|damaged"):
+        read_signal(tmp_path / f"a{suffix}")
+
+
+def test_a_sound_of_a_phone_says_how_to_convert_it(tmp_path):
+    (tmp_path / "a.m4a").write_bytes(b"\0\0\0\x20ftypM4A ")
+    with pytest.raises(ParameterError, match="convert it to .wav, e.g. `ffmpeg -i a.m4a a.wav`"):
+        read_signal(tmp_path / "a.m4a")

@@ -1,4 +1,4 @@
-"""Stamps."""
+"""Calendar stamps and times of day."""
 
 from datetime import datetime, time
 

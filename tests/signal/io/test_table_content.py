@@ -1,4 +1,4 @@
-"""Table content."""
+"""Numbers of a table at even times."""
 
 import numpy as np
 import openpyxl

@@ -1,4 +1,4 @@
-"""Table head."""
+"""What stands above a table."""
 
 import numpy as np
 

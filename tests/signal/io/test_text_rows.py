@@ -1,4 +1,4 @@
-"""Text rows."""
+"""Rows of text."""
 
 import numpy as np
 import pytest

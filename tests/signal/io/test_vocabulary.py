@@ -1,4 +1,4 @@
-"""Vocabulary."""
+"""Headings of loggers and what they mean."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Worksheet."""
+"""Worksheets."""
 
 import numpy as np
 import openpyxl
