@@ -1,14 +1,64 @@
+"""Simulated sensors."""
+
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import welch
 
-from tactogram.datasets.simulate import RecordingTask, make, tasks
-from tactogram.datasets.simulate.materials import PLATES, Plate, fine_heights
-from tactogram.datasets.simulate.sensor import LAYERS, SENSOR, STABLE_S, trace_plate
-from tactogram.datasets.simulate.surfaces import PATCH_MM, Grating, Surface
-from tactogram.datasets.simulate.touch import plate_touched
+from tactogram.datasets.simulate import RecordingTask
+from tactogram.datasets.simulate.materials import PLATES, fine_heights
+from tactogram.datasets.simulate.sensor import (
+    GRAVITY,
+    LAYERS,
+    SENSOR,
+    STABLE_S,
+    sense,
+    trace_plate,
+    turn,
+    wired,
+    wireless,
+)
+from tactogram.datasets.simulate.surfaces import PATCH_MM
+
+
+def test_the_sensor_has_steps_range_noise_and_losses():
+    rng = np.random.default_rng(0)
+    still = np.zeros((3, 160_000))
+    level = np.zeros((3, 1))
+    wire, lost = sense(still, 4000.0, level, wired(1000.0), rng)
+    assert lost == 0
+    assert wire.samples[2].mean() == pytest.approx(GRAVITY, abs=0.01)
+    assert wire.samples[0].std() == pytest.approx(100e-6 * GRAVITY * np.sqrt(500), rel=0.05)
+    steps = wire.samples / (32 * GRAVITY / 2**16)
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-2)
+    radio, lost = sense(still, 3960.0, level, wireless(330.0), rng)
+    assert radio.rate == 330
+    assert len(radio) == pytest.approx(330 * 160_000 / 3960, abs=2)
+    assert 1 <= lost <= 20
+    for axis, density in (("x", 290e-6), ("z", 430e-6)):
+        noise = np.hypot(density * GRAVITY * np.sqrt(165), 0.004 * GRAVITY / 12**0.5)
+        assert radio.axis(axis).std() == pytest.approx(noise, rel=0.1)
+    loud, _ = sense(np.full((3, 4000), 500.0), 4000.0, level, wired(1000.0), rng)
+    assert loud.samples.max() <= 16 * GRAVITY + 0.01
+
+
+def test_lost_packets_add_nothing_that_was_not_there():
+    rng = np.random.default_rng(0)
+    shaken = 20 * rng.standard_normal((3, 80_000))
+    radio, lost = sense(shaken, 3960.0, np.zeros((3, 1)), replace(wireless(), lost=0.2), rng)
+    assert lost > 50
+    assert np.abs(radio.samples).max() < 1.5 * 20 * 5 / np.sqrt(12)
+
+
+def test_turning_keeps_the_length():
+    signal, _ = sense(
+        np.zeros((3, 8000)), 4000.0, np.array([[0.3], [-0.2], [1.0]]), wired(1000.0), np.random.default_rng(0)
+    )
+    assert np.linalg.norm(signal.samples.mean(1)) == pytest.approx(GRAVITY, rel=1e-3)
+    # Leaning back about y shows gravity along the stroke.
+    leaned = turn(np.array([[0.0], [0.0], [1.0]]), np.deg2rad([[0.0], [30.0], [0.0]]))
+    np.testing.assert_allclose(np.abs(leaned[:, 0]), [0.5, 0, np.sqrt(0.75)], atol=1e-12)
 
 
 def measured(plate, measurement=1, seed=0):
@@ -44,14 +94,6 @@ def test_a_measurement_has_the_layout_of_the_study(grooved):
     )
     assert grooved.simulated
     assert "simulated" in grooved.history[0]
-
-
-def test_the_set_is_twelve_plates_of_ten_measurements():
-    todo = tasks("ultrasonic", seed=0)
-    assert len(todo) == 120
-    assert len({task.surface for task in todo}) == 12
-    assert [plate.name for plate in PLATES] == [f"plate{n:02d}" for n in range(1, 13)]
-    assert make(todo[80]).id == measured(GROOVED).id
 
 
 def test_ridges_are_heard_at_speed_over_period(grooved):
@@ -94,12 +136,3 @@ def test_a_wider_contact_feels_less_of_the_finest_roughness():
     )
     assert fine / wide == pytest.approx(2.0, rel=1e-3)
     assert fine < 1e-6 * PLATES[4].fine_um
-
-
-def test_relief_and_steepness_are_those_of_the_formula():
-    wave = Plate(Surface("wave 01", (Grating(2.0, 0.2),), 0.4), "a cosine of 2 mm", 0.1)
-    touched = plate_touched(wave)
-    k = round(PATCH_MM / 2.0) / PATCH_MM
-    assert touched.relief_mm == pytest.approx(0.1 / 2**0.5, rel=1e-3)
-    assert touched.steepness == pytest.approx(0.1 / 2**0.5 * 2 * np.pi * k, rel=1e-3)
-    assert touched.friction == pytest.approx(0.4, rel=0.1)

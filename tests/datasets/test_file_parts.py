@@ -1,4 +1,4 @@
-"""Tables with a column of labels: one recording as long as the label stays, time goes on and no gap is too long."""
+"""Parts of files: tables cut by labels and holes."""
 
 import json
 
@@ -201,3 +201,42 @@ def test_the_command_counts_materials_and_recordings(tmp_path, capsys):
         "surface",
         "material",
     )
+
+
+def write_table(path, heading, rows):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join([heading, *(",".join(map(str, row)) for row in rows)]) + "\n")
+
+
+def ramp(count, *, missing=(0, 0), step=0.01):
+    return [[f"{step * k:.3f}", k] for k in range(count) if not missing[0] <= k < missing[1]]
+
+
+@pytest.mark.parametrize(
+    ("missing", "lengths"),
+    [((150, 154), [150, 246]), ((150, 153), [400]), ((20, 40), [360]), ((100, 300), [100, 100])],
+)
+def test_a_hole_divides_a_table(tmp_path, missing, lengths):
+    write_table(tmp_path / "f" / "cork" / "a.csv", "t [s],x [g]", ramp(400, missing=missing))
+    report = import_store("folder", tmp_path / "f", tmp_path / "s")
+    store = open_store(tmp_path / "s")
+    assert [store.length(info.id, "acceleration") for info in store.index] == lengths
+    notes = [note["text"] for note in report["notes"]]
+    assert notes == ["a hole of more than three missing samples divides the recording"] * (lengths != [400])
+    assert [each["source"] for each in report["skipped"]] == ["cork/a.csv#1"] * (missing == (20, 40))
+
+
+def test_a_hole_divides_all_files_of_a_take(tmp_path):
+    write_table(tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g]", ramp(400, missing=(150, 170)))
+    write_table(tmp_path / "f" / "cork" / "1_force.csv", "t [s],f [N]", ramp(800, step=0.005))
+    import_store("folder", tmp_path / "f", tmp_path / "s")
+    store = open_store(tmp_path / "s")
+    first, second = (store.signal(info.id, "force").samples[0] for info in store.index)
+    assert (first[0], first[-1], second[0], second[-1]) == (0, 298, 340, 799)
+
+
+def test_pauses_between_blocks_of_stamps_are_no_holes(tmp_path):
+    rows = [[f"{0.02 * (k // 10) + 1e-4 * (k % 10):.4f}", k] for k in range(400)]
+    write_table(tmp_path / "f" / "cork" / "a.csv", "t [s],x [g]", rows)
+    report = import_store("folder", tmp_path / "f", tmp_path / "s", skip_bad=True, preview=True)
+    assert not any("hole" in each["text"] for each in report["notes"] + report["problems"])

@@ -1,8 +1,10 @@
+"""A finger on plates and on an ultrasonic display."""
+
 import numpy as np
 import pytest
-from scipy.fft import rfft
 
-from tactogram.datasets.simulate.studies import drives
+from tactogram.datasets.simulate.materials import Plate
+from tactogram.datasets.simulate.surfaces import PATCH_MM, Grating, Surface
 from tactogram.datasets.simulate.touch import (
     CARRIER_HZ,
     HALF,
@@ -10,6 +12,7 @@ from tactogram.datasets.simulate.touch import (
     LUBRICATED,
     QUALITY,
     display_touched,
+    plate_touched,
 )
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
@@ -23,50 +26,6 @@ def drive(samples):
 
 def sine(hz, level=1.0):
     return drive(level * np.sin(2 * np.pi * hz * T))
-
-
-def test_39_different_signals_of_full_scale_and_one_second():
-    made = drives()
-    assert [d.name for d in made] == [f"signal{n:02d}" for n in range(1, 40)]
-    assert len({d.recording("ultrasonic").id for d in made}) == 39
-    for d in made:
-        x = d.signal.samples[0]
-        assert (len(x), d.signal.rate, d.signal.unit, d.signal.axes) == (10_000, 10_000.0, "1", ("drive",))
-        assert np.abs(x).max() == pytest.approx(d.level)
-        assert abs(x.mean()) < 1e-6
-
-
-def test_further_signals_continue_the_39():
-    made = drives(120)
-    assert [d.recording("ultrasonic").id for d in made[:39]] == [
-        d.recording("ultrasonic").id for d in drives()
-    ]
-    assert len({d.recording("ultrasonic").id for d in made}) == 120
-    assert all(0.05 <= d.level <= 1 for d in made[39:])
-    assert [d.name for d in drives(20)] == [d.name for d in made[:20]]
-
-
-def test_no_signal_has_a_seam():
-    """The step from its end to its beginning is none that it does not take anyway."""
-    for d in drives(120):
-        x = d.signal.samples[0].astype(float)
-        assert abs(x[0] - x[-1]) <= np.abs(np.diff(x)).max() + 1e-6, d.is_a
-
-
-def test_a_signal_is_what_it_is_called():
-    made = {d.is_a: np.abs(rfft(d.signal.samples[0])) for d in drives()}
-    assert made["sine of 320 Hz"].argmax() == 320
-    pulses = made["20 pulses of 2 ms a second"]
-    assert pulses[20::20].sum() > 0.99 * pulses.sum()
-    noise = made["noise of 100 to 400 Hz"]
-    assert noise[100:401].min() > 100 * noise[402:].max()
-
-
-def test_a_display_signal_is_a_recording_of_no_material():
-    first = drives()[0].recording("ultrasonic")
-    assert first.material is None
-    assert first.labels["item"] == "signal01"
-    assert first.simulated
 
 
 def test_the_transducer_passes_the_envelope_up_to_its_corner():
@@ -106,3 +65,12 @@ def test_what_is_beyond_full_scale_is_cut_off():
 def test_a_drive_that_no_display_takes_is_refused(wrong):
     with pytest.raises(ParameterError, match="drive"):
         display_touched(wrong)
+
+
+def test_relief_and_steepness_are_those_of_the_formula():
+    wave = Plate(Surface("wave 01", (Grating(2.0, 0.2),), 0.4), "a cosine of 2 mm", 0.1)
+    touched = plate_touched(wave)
+    k = round(PATCH_MM / 2.0) / PATCH_MM
+    assert touched.relief_mm == pytest.approx(0.1 / 2**0.5, rel=1e-3)
+    assert touched.steepness == pytest.approx(0.1 / 2**0.5 * 2 * np.pi * k, rel=1e-3)
+    assert touched.friction == pytest.approx(0.4, rel=0.1)
