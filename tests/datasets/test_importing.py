@@ -2,14 +2,16 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
-import soundfile
 from PIL import Image as Pillow
+from tests.datasets.importers.sample_files import write_noise, write_photo
 
 from tactogram.cli import main
 from tactogram.datasets import add_recordings, open_store
@@ -18,6 +20,31 @@ from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store import writer
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
+
+IMPORT = """
+import sys
+from pathlib import Path
+from tactogram.datasets.importing import import_dataset
+
+if __name__ == "__main__":
+    import_dataset("biotac_slide", Path(sys.argv[1]), Path(sys.argv[2]), workers=2,
+                   progress=lambda done, total: print(done, flush=True))
+"""
+
+
+def test_a_killed_import_leaves_no_process_behind(source, tmp_path):
+    script = source / "import.py"
+    script.write_text(IMPORT)
+    process = subprocess.Popen(
+        [sys.executable, script, source, tmp_path / "s"], stdout=subprocess.PIPE, text=True
+    )
+    process.stdout.readline()
+    children = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    _, alive = psutil.wait_procs(children, timeout=60)
+    assert len(children) >= 2
+    assert alive == []
 
 
 def write_material(folder, number, *, recordings=3, frames=20, **changes):
@@ -376,17 +403,6 @@ def test_file_names_that_are_not_utf_8_are_one_line(tmp_path, capfd):
     os.rename(source.parent, os.fsencode(tmp_path) + b"/t\xe4kes")
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/t\xe4kes"))
     assert import_dataset("folder", folder, tmp_path / "u", options=options, skip_bad=True)["recordings"] == 1
-
-
-def write_photo(path, seed, *, rows=32, columns=48):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pixels = np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), dtype=np.uint8)
-    Pillow.fromarray(pixels).save(path, quality=95)
-
-
-def write_noise(path, seed):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    soundfile.write(path, np.random.default_rng(seed).uniform(-0.5, 0.5, 100), 1000, subtype="FLOAT")
 
 
 KILLED_AT_EACH_STEP_WITH_PHOTOGRAPHS = """

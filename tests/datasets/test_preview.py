@@ -1,6 +1,7 @@
 """Preview of a folder's import, and the mapping that corrects it."""
 
 import json
+import tomllib
 
 import numpy as np
 import pytest
@@ -12,6 +13,29 @@ from tactogram.datasets.mapping import read_mapping
 from tactogram.datasets.preview import preview_file
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.stores import import_store
+
+
+def test_a_saved_mapping_changes_nothing_until_it_is_edited(source, tmp_path):
+    plain = import_store("folder", source, preview=True, save_mapping=tmp_path / "m.toml")
+    saved = tomllib.loads((tmp_path / "m.toml").read_text())["layout"]
+    assert saved[0]["axes"] == {"x": "X-Axis (g)"}
+    assert saved[0]["time"] == "Elapsed Time"
+    mapped = import_store("folder", source, preview=True, mapping=tmp_path / "m.toml")
+    alike = ("files", "skipped", "columns", "streams", "rates_hz", "seconds")
+    assert [[x[key] for key in alike] for x in mapped["layouts"]] == [
+        [x[key] for key in alike] for x in plain["layouts"]
+    ]
+    with pytest.raises(ParameterError, match="m.toml exists; remove it"):
+        import_store("folder", source, preview=True, save_mapping=tmp_path / "m.toml")
+
+
+def test_a_mapping_is_saved_with_all_that_it_said(source, tmp_path):
+    (tmp_path / "m.toml").write_text(LAB + "rate = 250.0\n")
+    import_store(
+        "folder", source, preview=True, mapping=tmp_path / "m.toml", save_mapping=tmp_path / "n.toml"
+    )
+    [lab] = read_mapping(tmp_path / "m.toml").layout
+    assert lab in read_mapping(tmp_path / "n.toml").layout
 
 
 def write_table(path, heading, rows):

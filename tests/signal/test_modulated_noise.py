@@ -4,34 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 from scipy.stats import multivariate_normal
+from tests.signal.recorded_noise import MODEL, drawn, pulsating
 
 from tactogram.errors import ParameterError
-from tactogram.signal import Signal
 from tactogram.signal.modulated_noise import BANDS, RIDGE, equaliser_taps, frame_ends, mix
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import (
     synthesise_modulated_noise,
 )
-
-RATE = 2000.0
-
-
-def pulsating(seed, *, frequency=5.0, depth=0.9, level=0.3, seconds=4.0, pole=0.9, axes=1):
-    """Return noise of an autoregressive spectrum whose strength follows a sine of random phase."""
-    random = np.random.default_rng(seed)
-    count = round(seconds * RATE)
-    x = lfilter([1], [1, -1.2, pole**2], random.standard_normal((axes, count + 200)))[:, 200:]
-    t = np.arange(count) / RATE
-    x *= 1 + depth * np.sin(2 * np.pi * (frequency * t + random.random()))
-    return Signal(level * x / x.std(), RATE, "m/s^2", ("x", "y", "z")[:axes])
-
-
-RECORDED = [pulsating(seed) for seed in range(4)]
-
-
-MODEL = fit_modulated_noise(RECORDED)
 
 
 def yule_walker(covariance):
@@ -43,10 +24,6 @@ def yule_walker(covariance):
     with_past = np.hstack(list(covariance[1:]))
     coefficients = np.linalg.solve(np.block(blocks) + RIDGE * np.eye(lags * gains), with_past.T).T
     return coefficients, covariance[0] + RIDGE * np.eye(gains) - coefficients @ with_past.T
-
-
-def drawn(model, count=4):
-    return [synthesise_modulated_noise(model, 4.0, seed=seed) for seed in range(count)]
 
 
 def test_mix_is_between_its_models_in_level_and_spectrum():

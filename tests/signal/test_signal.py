@@ -144,11 +144,7 @@ def test_an_image_is_colour_bytes():
 
 
 TIME = np.arange(660) / 330.0
-
-
 STROKE = Signal(np.stack([9.81 + 0 * TIME, np.sin(2 * np.pi * 50 * TIME), 0.1 * TIME]), 330.0, "m/s^2")
-
-
 FRICTION = Signal(np.sin(np.arange(400) / 3), 20, "1", ("along",), domain="displacement")
 
 

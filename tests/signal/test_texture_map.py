@@ -107,8 +107,6 @@ def test_speed_that_makes_no_sense_is_refused(speed):
 
 
 NOISE_RATE = 2000.0
-
-
 SLOW, FAST, BETWEEN = 60.0, 240.0, 120.0
 
 

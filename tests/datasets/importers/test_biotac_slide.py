@@ -2,16 +2,10 @@
 
 import numpy as np
 import pytest
+from tests.datasets.importers.sample_files import imported
 
-from tactogram.datasets import open_store
 from tactogram.datasets.importers import biotac_slide
-from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError
-
-
-def imported(name, source, tmp_path, **options):
-    report = import_dataset(name, source, tmp_path / "store", **options)
-    return report, open_store(tmp_path / "store")
 
 
 class TestBiotacSlide:

@@ -3,23 +3,10 @@
 import numpy as np
 import openpyxl
 import pytest
-from PIL import Image as Pillow
+from tests.datasets.importers.sample_files import imported_alone, write_photo
 
-from tactogram.datasets import open_store
 from tactogram.datasets.importers import cdplab
-from tactogram.datasets.importing import import_dataset
 from tactogram.errors import ParameterError
-
-
-def write_photo(path, seed, *, rows=32, columns=48):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pixels = np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), dtype=np.uint8)
-    Pillow.fromarray(pixels).save(path, quality=95)
-
-
-def imported_alone(name, source, tmp_path, **options):
-    report = import_dataset(name, source, tmp_path / "store", workers=1, **options)
-    return report, open_store(tmp_path / "store")
 
 
 def write_book(path, *, samples=2000, speed=200.0, seed=0):

@@ -4,26 +4,12 @@ import numpy as np
 import openpyxl
 import pandas
 import pytest
-import soundfile
 from PIL import Image as Pillow
 from scipy import signal as scipy_signal
+from tests.datasets.importers.sample_files import imported, write_sound
 
-from tactogram.datasets import open_store
 from tactogram.datasets.importers import cluster
-from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError
-
-
-def write_sound(path, seed, *, rate=44100, seconds=0.02, channels=1, subtype="PCM_16"):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    samples = np.random.default_rng(seed).uniform(-0.5, 0.5, (round(rate * seconds), channels))
-    soundfile.write(path, samples, rate, subtype=subtype)
-    return soundfile.read(path, dtype="float32", always_2d=True)[0].T
-
-
-def imported(name, source, tmp_path, **options):
-    report = import_dataset(name, source, tmp_path / "store", **options)
-    return report, open_store(tmp_path / "store")
 
 
 def write_stroke(source, stem, *, seconds=0.5, jitter=0.15, seed=0, kinds=("accel", "force", "position")):

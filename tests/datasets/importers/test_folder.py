@@ -2,30 +2,23 @@
 
 import numpy as np
 import pytest
-import soundfile
 from PIL import Image as Pillow
+from tests.datasets.importers.sample_files import (
+    imported,
+    imported_alone,
+    write_noise,
+    write_photo,
+    write_sound,
+)
 
 from tactogram.cli import main
 from tactogram.datasets import Ratings, add_ratings, item_of, open_store
 from tactogram.datasets.importers import folder
-from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.workflows.data.stores import store_info
-
-
-def write_sound(path, seed, *, rate=44100, seconds=0.02, channels=1, subtype="PCM_16"):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    samples = np.random.default_rng(seed).uniform(-0.5, 0.5, (round(rate * seconds), channels))
-    soundfile.write(path, samples, rate, subtype=subtype)
-    return soundfile.read(path, dtype="float32", always_2d=True)[0].T
-
-
-def imported(name, source, tmp_path, **options):
-    report = import_dataset(name, source, tmp_path / "store", **options)
-    return report, open_store(tmp_path / "store")
 
 
 class TestFolder:
@@ -249,22 +242,6 @@ class TestFolder:
         for item in folder.find(tmp_path / "f"):
             [recording] = folder.read(item)
             np.testing.assert_allclose(recording.streams["acceleration"].samples, signal.samples, rtol=1e-5)
-
-
-def write_photo(path, seed, *, rows=32, columns=48):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pixels = np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), dtype=np.uint8)
-    Pillow.fromarray(pixels).save(path, quality=95)
-
-
-def write_noise(path, seed):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    soundfile.write(path, np.random.default_rng(seed).uniform(-0.5, 0.5, 100), 1000, subtype="FLOAT")
-
-
-def imported_alone(name, source, tmp_path, **options):
-    report = import_dataset(name, source, tmp_path / "store", workers=1, **options)
-    return report, open_store(tmp_path / "store")
 
 
 class TestFolderPhotographs:

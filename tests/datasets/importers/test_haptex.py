@@ -3,24 +3,12 @@
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
-from PIL import Image as Pillow
+from tests.datasets.importers.sample_files import imported_alone, write_photo
 
-from tactogram.datasets import open_store
 from tactogram.datasets.importers import haptex
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.stores import store_info
-
-
-def write_photo(path, seed, *, rows=32, columns=48):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    pixels = np.random.default_rng(seed).integers(0, 256, (rows, columns, 3), dtype=np.uint8)
-    Pillow.fromarray(pixels).save(path, quality=95)
-
-
-def imported_alone(name, source, tmp_path, **options):
-    report = import_dataset(name, source, tmp_path / "store", workers=1, **options)
-    return report, open_store(tmp_path / "store")
 
 
 def write_stroke(

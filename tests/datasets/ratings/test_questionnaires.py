@@ -12,6 +12,25 @@ from tactogram.datasets.ratings.questions import RatingColumns
 from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError
 
+
+def test_other_tables_leave_out_unnamed_columns_and_empty_rows(tmp_path):
+    rows = [
+        ["", "rater", "item", "word", "score", "Age"],
+        ["0", "r", "tile", "dry", "3", "9"],
+        ["1", "r", "", "", "", "9"],
+    ]
+    path = write(tmp_path / "r.csv", rows)
+    with pytest.raises(DataError, match=r"column 6 'Age' is neither.*ignore=HEADING \(or \*\)"):
+        read(path)
+    table = read(path, ignored=("*",))
+    assert scores(table) == {("r", "tile", "dry"): 3}
+    assert table.notes == (
+        "columns left out, as they have no heading: 1",
+        "columns left out: Age",
+        "rows left out without item and score: 1, the first is row 3",
+    )
+
+
 ITEMS = ("tile", "carpet", "cork board", "cork")
 
 

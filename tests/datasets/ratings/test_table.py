@@ -15,11 +15,7 @@ from tactogram.datasets.ratings.words import JAPANESE, WORDS
 from tactogram.errors import DataError, ParameterError
 
 ROOT = Path(__file__).parents[3]
-
-
 LONG = "rater,item,word,score\nr1,plate01,rough,6\nr1,plate01,sleek,2\nr2,plate01,rough,4\n"
-
-
 WIDE = "rater,item," + ",".join(WORDS) + "\nr1,plate01,1,2,3,4,5,6,7,1,2,3\nr2,plate01,7,6,5,4,3,2,1,7,6,5\n"
 
 

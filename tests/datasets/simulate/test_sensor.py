@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from tactogram.datasets.simulate import RecordingTask
+from tactogram.datasets.simulate import RecordingTask, make, tasks
 from tactogram.datasets.simulate.materials import PLATES, fine_heights
 from tactogram.datasets.simulate.sensor import (
     GRAVITY,
@@ -20,6 +20,14 @@ from tactogram.datasets.simulate.sensor import (
     wireless,
 )
 from tactogram.datasets.simulate.surfaces import PATCH_MM
+
+
+def test_the_set_is_twelve_plates_of_ten_measurements():
+    todo = tasks("ultrasonic", seed=0)
+    assert len(todo) == 120
+    assert len({task.surface for task in todo}) == 12
+    assert [plate.name for plate in PLATES] == [f"plate{n:02d}" for n in range(1, 13)]
+    assert make(todo[80]).id == measured(GROOVED).id
 
 
 def test_the_sensor_has_steps_range_noise_and_losses():

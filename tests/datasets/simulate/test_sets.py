@@ -7,9 +7,8 @@ import pytest
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
 from tactogram.datasets import open_store
-from tactogram.datasets.simulate import RecordingTask, make, simulated_sets, tasks
-from tactogram.datasets.simulate.materials import PLATES
-from tactogram.datasets.simulate.sensor import GRAVITY, SENSOR, trace_plate
+from tactogram.datasets.simulate import make, simulated_sets, tasks
+from tactogram.datasets.simulate.sensor import GRAVITY
 from tactogram.datasets.simulate.sets import SETS, STROKING_9
 from tactogram.datasets.simulate.stroke import LENGTH_MM
 from tactogram.errors import ParameterError
@@ -114,23 +113,6 @@ def test_a_store_is_marked_simulated_and_the_same_from_any_number_of_processes(t
     assert len(store) == 4
     alone = simulate_to_store("stroking9", tmp_path / "t", seed=1, per_class=4, seconds=0.5, workers=1)
     assert alone["sha256"] == report["sha256"]
-
-
-def measured(plate, measurement=1, seed=0):
-    return trace_plate(
-        plate, RecordingTask("ultrasonic", seed, 0, SENSOR.name, 20.0, measurement, 2.5, 10_000.0)
-    )
-
-
-GROOVED = PLATES[8]
-
-
-def test_the_set_is_twelve_plates_of_ten_measurements():
-    todo = tasks("ultrasonic", seed=0)
-    assert len(todo) == 120
-    assert len({task.surface for task in todo}) == 12
-    assert [plate.name for plate in PLATES] == [f"plate{n:02d}" for n in range(1, 13)]
-    assert make(todo[80]).id == measured(GROOVED).id
 
 
 def test_a_store_of_several_photographs_each(tmp_path, monkeypatch):

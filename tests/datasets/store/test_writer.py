@@ -4,20 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.datasets.store.sample_recordings import FACTS, recording
 
 from tactogram.datasets import Recording, add_recordings, create_store
 from tactogram.errors import DataError
 from tactogram.signal import Image, Signal
-
-FACTS = {"name": "test", "licence": "CC0-1.0"}
-
-
-def recording(seed, *, material="cork", samples=200, axes=("x", "y", "z"), **changes):
-    rng = np.random.default_rng(seed)
-    acceleration = Signal(rng.standard_normal((len(axes), samples)), 1000.0, "m/s^2", axes)
-    force = Signal(rng.standard_normal(samples // 10), 100.0, "N")
-    values = {"source": f"{material}/{seed}.wav", "streams": {"acceleration": acceleration, "force": force}}
-    return Recording(material=material, **(values | changes))
 
 
 def test_a_photograph_that_many_share_is_stored_once(tmp_path):

@@ -7,7 +7,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import WAVE, T, Y, Z, refusal
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file, read_signal
@@ -20,15 +20,6 @@ def test_an_archive_that_would_fill_the_memory_is_refused_unread(tmp_path, suffi
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("x.npy", bytes(2**20))
     assert re.match(r"must unpack to at most \d MiB in 10000 parts, got 1 MiB in 1; cut it", refusal(path))
-
-
-N = 200
-
-
-T = np.arange(N) / 500
-
-
-WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
 
 
 def test_a_compressed_table_that_would_fill_the_memory_is_refused(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ import zipfile
 import h5py
 import numpy as np
 import pytest
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import WAVE, XYZ, N, X, refusal
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file, read_signal
@@ -53,9 +53,6 @@ def test_an_array_that_claims_more_than_it_holds_is_refused(tmp_path):
     assert refusal(path) == f"x.npy claims {8 * 10**12} bytes and holds {len(file.getvalue())}"
 
 
-X = np.sin(np.arange(40))
-
-
 def test_npz_of_others(tmp_path):
     np.savez(tmp_path / "a.npz", pac=np.stack([X, X]), other=np.zeros(3), rate=2200.0)
     signal = read_signal(tmp_path / "a.npz", axes=["pac"])
@@ -83,15 +80,6 @@ def test_arrays_are_axes_by_their_names(tmp_path):
         500,
         ["x", "y", "z", "rate"],
     )
-
-
-N = 200
-
-
-WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
-
-
-XYZ = np.stack([WAVE, Y, Z])
 
 
 @pytest.mark.parametrize("suffix", [".h5", ".npz"])

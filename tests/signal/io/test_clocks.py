@@ -1,14 +1,9 @@
 """Columns of time."""
 
 import pytest
+from tests.signal.io.sample_files import written
 
 from tactogram.signal.io import read_file, read_signal
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 @pytest.mark.parametrize(

@@ -2,18 +2,11 @@
 
 import numpy as np
 import pytest
-import soundfile
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import refusal, wav, written
 
 from tactogram.signal import Signal
 from tactogram.signal.io import read_file, read_signal, write_signal
 from tactogram.signal.io.content import TableLayout
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 def test_a_layout_swaps_axes_and_sets_units(tmp_path):
@@ -24,12 +17,6 @@ def test_a_layout_swaps_axes_and_sets_units(tmp_path):
     assert (file.signal.rate, file.signal.unit, file.signal.axes) == (pytest.approx(500), "V", ("x", "y"))
     np.testing.assert_allclose(file.signal.samples[0], 1e-3 * np.arange(9), rtol=1e-6)
     assert file.layout == layout
-
-
-def wav(tmp_path, channels=1, subtype="FLOAT", name="a.wav"):
-    path = tmp_path / name
-    soundfile.write(path, np.zeros((100, channels)), 1000, subtype)
-    return path
 
 
 def test_stereo_where_one_axis_is_expected_is_refused(tmp_path):

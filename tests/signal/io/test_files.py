@@ -16,21 +16,12 @@ import pytest
 import soundfile
 from hypothesis import given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
-from nptdms import ChannelObject, RootObject, TdmsWriter
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import WAVE, XYZ, N, T, X, Y, Z, hdf5, noise, refusal, tdms, wav, written
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import UNITS, Signal
 from tactogram.signal.io import WRITABLE, read_file, read_metadata, read_signal, write_signal
 from tactogram.workflows.data.convert import convert
-
-X = np.sin(np.arange(40))
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 def test_options_that_mean_nothing_are_refused(tmp_path):
@@ -39,12 +30,6 @@ def test_options_that_mean_nothing_are_refused(tmp_path):
         read_signal(tmp_path / "a.wav", time="t")
     with pytest.raises(ParameterError, match="full_scale"):
         read_signal(written(tmp_path, "1\n2\n"), full_scale=2, rate=1)
-
-
-def wav(tmp_path, channels=1, subtype="FLOAT", name="a.wav"):
-    path = tmp_path / name
-    soundfile.write(path, np.zeros((100, channels)), 1000, subtype)
-    return path
 
 
 @pytest.mark.parametrize("suffix", [*WRITABLE, ".txt"])
@@ -119,11 +104,6 @@ def test_damage_anywhere_is_one_line_or_harmless(tmp_path_factory, suffix, data)
 
 
 EXACT = [suffix for suffix in WRITABLE if suffix != ".flac"]
-
-
-def noise(axes=3, length=200, rate=333.3, unit="m/s^2", level=20.0, **kind):
-    samples = level * np.random.default_rng(axes).normal(size=(axes, length))
-    return Signal(samples, rate, unit, tuple(f"axis {i}" for i in range(axes)), **kind)
 
 
 def assert_same_kind(a, b):
@@ -230,32 +210,7 @@ def test_formats_have_limits(tmp_path, name, signal, line):
     assert not list(tmp_path.iterdir())
 
 
-N = 200
-
-
-T = np.arange(N) / 500
-
-
-WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
-
-
-XYZ = np.stack([WAVE, Y, Z])
-
-
 RECORDS = [{"t": t, "acc": {"x": x, "y": y, "z": z}} for t, x, y, z in zip(T, WAVE, Y, Z, strict=True)]
-
-
-def tdms(path):
-    facts = {"wf_increment": 0.002, "wf_start_offset": 0.0, "unit_string": "g"}
-    with TdmsWriter(path) as file:
-        channels = [ChannelObject("acc", name, each, facts) for name, each in zip("xyz", XYZ, strict=True)]
-        file.write_segment([RootObject(), *channels])
-
-
-def hdf5(path, **attributes):
-    with h5py.File(path, "w") as file:
-        data = file.create_dataset("run/acc", data=XYZ.T, compression="gzip")
-        data.attrs.update({"unit": "g", "fs": 500.0} | attributes)
 
 
 def matlab73(path):

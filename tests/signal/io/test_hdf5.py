@@ -3,23 +3,10 @@
 import h5py
 import numpy as np
 import pytest
+from tests.signal.io.sample_files import N, Y, hdf5
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file, read_signal
-
-N = 200
-
-
-WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
-
-
-XYZ = np.stack([WAVE, Y, Z])
-
-
-def hdf5(path, **attributes):
-    with h5py.File(path, "w") as file:
-        data = file.create_dataset("run/acc", data=XYZ.T, compression="gzip")
-        data.attrs.update({"unit": "g", "fs": 500.0} | attributes)
 
 
 def test_columns_of_an_hdf5_matrix_are_named_by_its_attributes(tmp_path):

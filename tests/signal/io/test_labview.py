@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from nptdms import ChannelObject, RootObject, TdmsWriter
+from nptdms import ChannelObject, TdmsWriter
+from tests.signal.io.sample_files import WAVE, X, tdms
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_columns, read_file, read_signal
 from tactogram.signal.io.content import TableLayout
-
-X = np.sin(np.arange(40))
-
 
 HEAD = """LabVIEW Measurement\t
 Writer_Version\t2
@@ -103,22 +101,6 @@ def test_a_bad_lvm_is_refused(tmp_path, change, says):
     path.write_text(change(path.read_text()))
     with pytest.raises(DataError, match=says):
         read_signal(path)
-
-
-N = 200
-
-
-WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
-
-
-XYZ = np.stack([WAVE, Y, Z])
-
-
-def tdms(path):
-    facts = {"wf_increment": 0.002, "wf_start_offset": 0.0, "unit_string": "g"}
-    with TdmsWriter(path) as file:
-        channels = [ChannelObject("acc", name, each, facts) for name, each in zip("xyz", XYZ, strict=True)]
-        file.write_segment([RootObject(), *channels])
 
 
 def test_channels_of_tdms_have_rates_of_their_own(tmp_path):

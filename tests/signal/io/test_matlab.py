@@ -5,13 +5,11 @@ import zlib
 import numpy as np
 import pytest
 from scipy.io import savemat
+from tests.signal.io.sample_files import X
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_columns, read_file, read_signal
 from tactogram.signal.io.content import TableLayout
-
-X = np.sin(np.arange(40))
-
 
 MAT = {
     "time and axes": {"t": np.arange(40.0) / 500, "ax": X, "ay": 2 * X, "az": 3 * X},

@@ -6,18 +6,12 @@ import numpy as np
 import pytest
 import soundfile
 from hypothesis import given, settings, strategies as st
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import XYZ, X, noise, refusal, wav
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_file, read_metadata, read_signal, write_signal
 from tactogram.signal.io.sound import read_header
-
-
-def wav(tmp_path, channels=1, subtype="FLOAT", name="a.wav"):
-    path = tmp_path / name
-    soundfile.write(path, np.zeros((100, channels)), 1000, subtype)
-    return path
 
 
 def test_a_truncated_wav_names_the_byte(tmp_path):
@@ -64,9 +58,6 @@ def test_a_wav_that_was_resampled_elsewhere_is_refused(tmp_path):
     )
 
 
-X = np.sin(np.arange(40))
-
-
 @pytest.mark.parametrize("subtype", ["PCM_U8", "PCM_16", "PCM_24", "PCM_32", "FLOAT", "DOUBLE"])
 @pytest.mark.parametrize("channels", [1, 2, 3, 7])
 def test_wav_of_others(tmp_path, subtype, channels):
@@ -96,11 +87,6 @@ def test_the_comment_of_others_is_metadata(tmp_path):
 
 
 INTEGERS = [(".wav", "PCM_U8", 8), (".wav", "PCM_16", 16), (".wav", "PCM_24", 24), (".wav", "PCM_32", 32)]
-
-
-def noise(axes=3, length=200, rate=333.3, unit="m/s^2", level=20.0, **kind):
-    samples = level * np.random.default_rng(axes).normal(size=(axes, length))
-    return Signal(samples, rate, unit, tuple(f"axis {i}" for i in range(axes)), **kind)
 
 
 @pytest.mark.parametrize(("suffix", "subtype", "bits"), INTEGERS)
@@ -156,15 +142,6 @@ def test_the_full_scale_that_is_asked_for_is_kept(tmp_path):
     write_signal(tmp_path / "a.wav", signal, subtype="PCM_16", full_scale=20)
     assert soundfile.read(tmp_path / "a.wav", dtype="int16")[0].tolist() == [819, -31130, 4915]
     np.testing.assert_allclose(read_signal(tmp_path / "a.wav").samples, signal.samples, atol=20 / 2**16)
-
-
-N = 200
-
-
-WAVE, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
-
-
-XYZ = np.stack([WAVE, Y, Z])
 
 
 SOUNDS = {

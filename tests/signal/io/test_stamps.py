@@ -5,18 +5,10 @@ from datetime import datetime, time
 import numpy as np
 import openpyxl
 import pytest
+from tests.signal.io.sample_files import X, written
 
 from tactogram.errors import DataError
 from tactogram.signal.io import read_file, read_signal
-
-X = np.sin(np.arange(40))
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
-
 
 STAMPS = {
     "T and fraction": "2026-05-04T10:59:59.{:06d}",

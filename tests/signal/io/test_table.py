@@ -4,15 +4,10 @@ import re
 
 import numpy as np
 import pytest
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import noise, refusal
 
 from tactogram.signal import Signal
 from tactogram.signal.io import read_file, write_signal
-
-
-def noise(axes=3, length=200, rate=333.3, unit="m/s^2", level=20.0, **kind):
-    samples = level * np.random.default_rng(axes).normal(size=(axes, length))
-    return Signal(samples, rate, unit, tuple(f"axis {i}" for i in range(axes)), **kind)
 
 
 def test_csv_has_time_and_units_in_its_heading(tmp_path):

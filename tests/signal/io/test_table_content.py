@@ -3,14 +3,9 @@
 import numpy as np
 import openpyxl
 import pytest
+from tests.signal.io.sample_files import written
 
 from tactogram.signal.io import read_file, read_signal
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 def test_jittered_stamps_are_resampled_and_reported(tmp_path):

@@ -1,16 +1,9 @@
 """What stands above a table."""
 
 import numpy as np
+from tests.signal.io.sample_files import X, written
 
 from tactogram.signal.io import read_signal
-
-X = np.sin(np.arange(40))
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 def test_a_table_without_heading(tmp_path):

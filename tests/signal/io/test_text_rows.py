@@ -2,16 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.signal.io.sample_files import X, written
 
 from tactogram.signal.io import read_signal
-
-X = np.sin(np.arange(40))
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 @pytest.mark.parametrize("separator", [",", ";", "\t", " ", "  ", ", "])

@@ -2,16 +2,9 @@
 
 import numpy as np
 import pytest
+from tests.signal.io.sample_files import X, written
 
 from tactogram.signal.io import read_signal
-
-X = np.sin(np.arange(40))
-
-
-def written(tmp_path, text, name="a.csv"):
-    path = tmp_path / name
-    path.write_bytes(text.encode() if isinstance(text, str) else text)
-    return path
 
 
 def test_units_in_headings_are_brought_to_one(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import openpyxl
 import pytest
-from tests.signal.io.refused import refusal
+from tests.signal.io.sample_files import WAVE, T, Y, Z, refusal
 
 from tactogram.errors import DataError
 from tactogram.signal import Signal
@@ -49,18 +49,9 @@ def test_the_workbook_of_phyphox_has_one_sheet_of_data(tmp_path):
     assert read_signal(tmp_path / "a.xlsx").axes == ("x",)
 
 
-N = 200
-
-
-T = np.arange(N) / 500
-
-
-X, Y, Z = np.sin(0.3 * np.arange(N)), np.cos(0.2 * np.arange(N)), 1 + 0.1 * np.sin(np.arange(N))
-
-
 def test_a_worksheet_without_heading_and_one_with_remarks(tmp_path):
     book = openpyxl.Workbook()
-    for row in zip(T, X, Y, Z, strict=True):
+    for row in zip(T, WAVE, Y, Z, strict=True):
         book.active.append([*map(float, row)])
     book.save(tmp_path / "a.xlsx")
     assert read_signal(tmp_path / "a.xlsx", unit="g").axes == ("x", "y", "z")

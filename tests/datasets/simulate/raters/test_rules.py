@@ -21,11 +21,7 @@ from tactogram.datasets.simulate.touch import display_touched, plate_touched
 from tactogram.signal import Image
 
 MIDDLING = TouchCues(15.0, 0.5, 0.5, 0.2, 0.2, 0.2, 0.2, 0.4, 0.1)
-
-
 PLAIN = SightCues(0.3, 0.3, 0.3, 0.5, 0.2, 0.2, 0.2, 0.5, 0.3, 0.5)
-
-
 SHOWN = {drive.name: drive.signal for drive in drives()}
 
 

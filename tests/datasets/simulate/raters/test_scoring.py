@@ -24,8 +24,6 @@ from tactogram.errors import ParameterError
 from tactogram.statistics.reliability import intraclass_correlation
 
 SHOWN = {drive.name: drive.signal for drive in drives()}
-
-
 FEW = {name: SHOWN[name] for name in ("signal05", "signal12", "signal15", "signal26", "signal28", "signal33")}
 
 
