@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from tactogram.datasets import Recording, create_store
-from tactogram.datasets.examples import Examples, signal_kind
-from tactogram.datasets.splits.split import Segment
+from tactogram.datasets import Examples, Recording, Segment, create_store
+from tactogram.datasets.examples import signal_kind
 from tactogram.errors import ParameterError
 from tactogram.model import Example
 from tactogram.recipe import Preparation

@@ -11,16 +11,40 @@ import numpy as np
 import psutil
 import pytest
 from PIL import Image as Pillow
+from tests.datasets.importers.sample_files import write_noise, write_photo
 
 from tactogram.cli import main
 from tactogram.datasets import add_recordings, open_store
-from tactogram.datasets.importer import importers
 from tactogram.datasets.importers import biotac_slide
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store import writer
-from tactogram.datasets.store.pending import clear_stale_parts
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
+
+IMPORT = """
+import sys
+from pathlib import Path
+from tactogram.datasets.importing import import_dataset
+
+if __name__ == "__main__":
+    import_dataset("biotac_slide", Path(sys.argv[1]), Path(sys.argv[2]), workers=2,
+                   progress=lambda done, total: print(done, flush=True))
+"""
+
+
+def test_a_killed_import_leaves_no_process_behind(source, tmp_path):
+    script = source / "import.py"
+    script.write_text(IMPORT)
+    process = subprocess.Popen(
+        [sys.executable, script, source, tmp_path / "s"], stdout=subprocess.PIPE, text=True
+    )
+    process.stdout.readline()
+    children = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    _, alive = psutil.wait_procs(children, timeout=60)
+    assert len(children) >= 2
+    assert alive == []
 
 
 def write_material(folder, number, *, recordings=3, frames=20, **changes):
@@ -58,15 +82,6 @@ def source(tmp_path):
 
 def left_in(folder, source):
     return sorted(p.name for p in folder.iterdir() if p != source)
-
-
-def test_every_importer_says_what_it_is():
-    found = importers()
-    assert set(found) >= {"folder", "lmt108", "cluster", "biotac_slide", "vibviz", "hatt", "haptex", "cdplab"}
-    for importer in found.values():
-        assert importer.TITLE
-        assert importer.LICENCE
-        assert importer.DESCRIPTION
 
 
 @pytest.mark.parametrize("workers", [1, 2])
@@ -229,32 +244,6 @@ def test_unknown_sets_and_places_are_refused(source, tmp_path):
     assert left_in(tmp_path, source) == []
 
 
-IMPORT = """
-import sys
-from pathlib import Path
-from tactogram.datasets.importing import import_dataset
-
-if __name__ == "__main__":
-    import_dataset("biotac_slide", Path(sys.argv[1]), Path(sys.argv[2]), workers=2,
-                   progress=lambda done, total: print(done, flush=True))
-"""
-
-
-def test_a_killed_import_leaves_no_process_behind(source, tmp_path):
-    script = source / "import.py"
-    script.write_text(IMPORT)
-    process = subprocess.Popen(
-        [sys.executable, script, source, tmp_path / "s"], stdout=subprocess.PIPE, text=True
-    )
-    process.stdout.readline()
-    children = psutil.Process(process.pid).children(recursive=True)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
-    _, alive = psutil.wait_procs(children, timeout=60)
-    assert len(children) >= 2
-    assert alive == []
-
-
 KILLED_AT_EACH_STEP = """
 import os, shutil, sys
 from pathlib import Path
@@ -383,13 +372,6 @@ def test_a_changed_file_makes_an_interrupted_import_begin_anew(source, tmp_path,
     assert left_in(tmp_path, source) == ["s"]
 
 
-def test_parts_of_running_imports_are_named_and_left(tmp_path):
-    own = tmp_path / f"s.part-elsewhere-{os.getpid()}"
-    own.mkdir()
-    assert clear_stale_parts(tmp_path / "s") == [own]
-    assert own.exists()
-
-
 def test_file_names_that_are_not_utf_8_are_one_line(tmp_path, capfd):
     source = tmp_path / "takes" / "cork"
     source.mkdir(parents=True)
@@ -421,3 +403,64 @@ def test_file_names_that_are_not_utf_8_are_one_line(tmp_path, capfd):
     os.rename(source.parent, os.fsencode(tmp_path) + b"/t\xe4kes")
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/t\xe4kes"))
     assert import_dataset("folder", folder, tmp_path / "u", options=options, skip_bad=True)["recordings"] == 1
+
+
+KILLED_AT_EACH_STEP_WITH_PHOTOGRAPHS = """
+import os, sys
+from pathlib import Path
+import pandas  # by pyarrow on its first use: here once, not in each child
+import pyarrow.parquet as pq
+from tactogram.datasets.importer import importers
+from tactogram.datasets.importing import import_dataset
+
+source, folder = Path(sys.argv[1]), Path(sys.argv[2])
+importers()
+
+def work(step):
+    out = folder / f"step{step}" / "s"
+    out.parent.mkdir()
+    left = step
+
+    def killing(real):
+        def call(*args, **options):
+            nonlocal left
+            left -= 1
+            if left == 0:
+                os.kill(os.getpid(), 9)
+            return real(*args, **options)
+        return call
+
+    for name in ("replace", "unlink", "write_text", "mkdir", "rename"):
+        setattr(Path, name, killing(getattr(Path, name)))
+    for name in ("write_table", "close"):
+        setattr(pq.ParquetWriter, name, killing(getattr(pq.ParquetWriter, name)))
+    import_dataset("folder", source, out, workers=1)
+
+for step in range(1, 200):
+    child = os.fork()
+    if child == 0:
+        work(step)
+        os._exit(0)
+    if os.waitpid(child, 0)[1] == 0:
+        break
+"""
+
+
+def test_killed_at_any_step_there_is_nothing_or_all_photographs(tmp_path):
+    source = tmp_path / "source"
+    write_noise(source / "cork" / "a.wav", 0)
+    for n in range(3):
+        write_photo(source / "cork" / f"p{n}.png", n)
+    subprocess.run([sys.executable, "-c", KILLED_AT_EACH_STEP_WITH_PHOTOGRAPHS, source, tmp_path], check=True)
+    found = []
+    for folder in sorted(tmp_path.glob("step*"), key=lambda p: int(p.name[4:])):
+        if (folder / "s").exists():
+            store = open_store(folder / "s")
+            assert problems(store) == []
+            found.append(len(store.photographs_of("cork")))
+        else:
+            found.append(0)
+            assert all(name.startswith("s.part-") for name in os.listdir(folder))
+    assert len(found) > 6
+    assert set(found) == {0, 3}
+    assert found == sorted(found)

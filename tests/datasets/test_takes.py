@@ -7,7 +7,6 @@ import soundfile
 from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.datasets.mapping import read_mapping
-from tactogram.datasets.reading import by_kind, in_one_line
 from tactogram.datasets.takes import takes
 from tactogram.errors import DataError
 from tactogram.workflows.data.stores import import_store
@@ -42,7 +41,7 @@ def test_the_files_of_a_take_are_found_by_their_names(files, found):
     assert [(take.name, [stream for _, stream in take.files]) for take in takes(files)] == found
 
 
-def write(path, heading, rows):
+def write_table(path, heading, rows):
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text("\n".join([heading, *(",".join(map(str, row)) for row in rows)]) + "\n")
 
@@ -55,8 +54,8 @@ def test_a_phones_files_are_one_recording_per_take(tmp_path, capsys):
     for place, (name, material) in enumerate((n, m) for n in SENSORS for m in ("cork", "tin")):
         rows = [[k * 10_000_000, f"{k / 100:.2f}", k % (7 + place), k % 5, k % 3] for k in range(100)]
         take = tmp_path / "f" / material / "2026-01-02_10-23-45"
-        write(take / f"{name}.csv", "time,seconds_elapsed,z,y,x", rows)
-        write(take / "Annotation.csv", "time,text", [[0, "begin"]])
+        write_table(take / f"{name}.csv", "time,seconds_elapsed,z,y,x", rows)
+        write_table(take / "Annotation.csv", "time,text", [[0, "begin"]])
     words = ["data", "import", "folder", str(tmp_path / "f"), "--set", "unit=m/s^2"]
     assert main([*words, "--out", str(tmp_path / "s")]) == 0
     store = open_store(tmp_path / "s")
@@ -73,8 +72,8 @@ def test_a_phones_files_are_one_recording_per_take(tmp_path, capsys):
 
 def test_folders_of_quantities_are_no_materials(tmp_path, capsys):
     for name in ("cork_1", "tin_1"):
-        write(tmp_path / "f" / "acc" / f"{name}.csv", "t [s],x [g]", ramp(100 + len(name)))
-        write(tmp_path / "f" / "force" / f"{name}.csv", "t [s],f [N]", ramp(100 + len(name)))
+        write_table(tmp_path / "f" / "acc" / f"{name}.csv", "t [s],x [g]", ramp(100 + len(name)))
+        write_table(tmp_path / "f" / "force" / f"{name}.csv", "t [s],f [N]", ramp(100 + len(name)))
     words = ["data", "import", "folder", str(tmp_path / "f"), "--out", str(tmp_path / "s")]
     assert main(words) == 1
     assert "no folder names the material; state it with `" in capsys.readouterr().err
@@ -85,7 +84,7 @@ def test_folders_of_quantities_are_no_materials(tmp_path, capsys):
 
 
 def test_a_sound_beside_a_table_is_a_stream_of_it(tmp_path):
-    write(tmp_path / "f" / "cork" / "1.csv", "t [s],x [g]", ramp(100))
+    write_table(tmp_path / "f" / "cork" / "1.csv", "t [s],x [g]", ramp(100))
     soundfile.write(tmp_path / "f" / "cork" / "1.wav", np.sin(np.arange(800)) / 2, 8000)
     import_store("folder", tmp_path / "f", tmp_path / "s")
     [info] = open_store(tmp_path / "s").index
@@ -93,58 +92,20 @@ def test_a_sound_beside_a_table_is_a_stream_of_it(tmp_path):
 
 
 def test_a_name_that_contradicts_the_unit_gives_way_and_is_noted(tmp_path):
-    write(tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g]", ramp(100))
-    write(tmp_path / "f" / "cork" / "1_force.csv", "t [s],x [mm]", ramp(100))
+    write_table(tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g]", ramp(100))
+    write_table(tmp_path / "f" / "cork" / "1_force.csv", "t [s],x [mm]", ramp(100))
     report = import_store("folder", tmp_path / "f", tmp_path / "s")
     assert [note["text"] for note in report["notes"]] == ["1_force.csv: read as position, for its unit is m"]
-    write(tmp_path / "f" / "cork" / "1_speed.csv", "t [s],x [mm]", ramp(100))
+    write_table(tmp_path / "f" / "cork" / "1_speed.csv", "t [s],x [mm]", ramp(100))
     with pytest.raises(DataError, match="1_speed.csv: position is in another file of the same take, too"):
         import_store("folder", tmp_path / "f", tmp_path / "t")
 
 
-@pytest.mark.parametrize(
-    ("missing", "lengths"),
-    [((150, 154), [150, 246]), ((150, 153), [400]), ((20, 40), [360]), ((100, 300), [100, 100])],
-)
-def test_a_hole_divides_a_table(tmp_path, missing, lengths):
-    write(tmp_path / "f" / "cork" / "a.csv", "t [s],x [g]", ramp(400, missing=missing))
-    report = import_store("folder", tmp_path / "f", tmp_path / "s")
-    store = open_store(tmp_path / "s")
-    assert [store.length(info.id, "acceleration") for info in store.index] == lengths
-    notes = [note["text"] for note in report["notes"]]
-    assert notes == ["a hole of more than three missing samples divides the recording"] * (lengths != [400])
-    assert [each["source"] for each in report["skipped"]] == ["cork/a.csv#1"] * (missing == (20, 40))
-
-
-def test_a_hole_divides_all_files_of_a_take(tmp_path):
-    write(tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g]", ramp(400, missing=(150, 170)))
-    write(tmp_path / "f" / "cork" / "1_force.csv", "t [s],f [N]", ramp(800, step=0.005))
-    import_store("folder", tmp_path / "f", tmp_path / "s")
-    store = open_store(tmp_path / "s")
-    first, second = (store.signal(info.id, "force").samples[0] for info in store.index)
-    assert (first[0], first[-1], second[0], second[-1]) == (0, 298, 340, 799)
-
-
-def test_pauses_between_blocks_of_stamps_are_no_holes(tmp_path):
-    rows = [[f"{0.02 * (k // 10) + 1e-4 * (k % 10):.4f}", k] for k in range(400)]
-    write(tmp_path / "f" / "cork" / "a.csv", "t [s],x [g]", rows)
-    report = import_store("folder", tmp_path / "f", tmp_path / "s", skip_bad=True, preview=True)
-    assert not any("hole" in each["text"] for each in report["notes"] + report["problems"])
-
-
-def test_what_is_said_of_many_files_is_one_line():
-    said = [(f"cork/{n}.csv", f"cork/{n}.csv: row {n}: expected a number, got 'x{n}'") for n in range(12)]
-    [kind] = by_kind(said)
-    assert (kind["count"], kind["files"]) == (12, ["cork/0.csv", "cork/1.csv", "cork/2.csv"])
-    assert in_one_line(kind) == (
-        "12 files: row 0: expected a number, got 'x0' (cork/0.csv, cork/1.csv, cork/2.csv, …)"
-    )
-    assert in_one_line(by_kind(said[:1])[0]) == said[0][1]
-
-
 def test_a_mapping_of_the_files_of_a_take_is_one_of_each_file(tmp_path):
-    write(tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g],y [g]", [[t, k, 2 * k] for t, k in ramp(100)])
-    write(tmp_path / "f" / "cork" / "1_force.csv", "t [s],f [mN]", ramp(100))
+    write_table(
+        tmp_path / "f" / "cork" / "1_acc.csv", "t [s],x [g],y [g]", [[t, k, 2 * k] for t, k in ramp(100)]
+    )
+    write_table(tmp_path / "f" / "cork" / "1_force.csv", "t [s],f [mN]", ramp(100))
     plain = import_store("folder", tmp_path / "f", preview=True, save_mapping=tmp_path / "m.toml")
     found = [(layout.columns, layout.stream) for layout in read_mapping(tmp_path / "m.toml").layout]
     assert found == [(("t [s]", "x [g]", "y [g]"), "acceleration"), (("t [s]", "f [mN]"), "force")]

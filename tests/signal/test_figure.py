@@ -1,13 +1,8 @@
 """A signal as a figure, and in a notebook."""
 
-import base64
 import io
-import re
 
-import matplotlib.pyplot as plt
 import numpy as np
-import pytest
-import soundfile
 from PIL import Image as Pillow
 
 from tactogram.signal import Signal
@@ -43,29 +38,3 @@ def test_friction_is_drawn_over_position():
     trace, picture, *_ = signal_figure(FRICTION, shown=5).axes
     assert trace.get_xlabel() == "position, mm (the first 5 mm)"
     assert (picture.get_ylabel(), picture.get_xlim()) == ("1/mm", (0.0, 20.0))
-
-
-def test_plot_returns_the_axes_of_a_figure_of_pyplot():
-    with plt.rc_context({"backend": "agg"}):
-        axes = STROKE.plot(title="a stroke", shown=1)
-        assert axes.shape == (3, 2)
-        assert axes[0, 0].figure is plt.gcf()
-        np.testing.assert_array_equal(axes[1, 0].lines[0].get_ydata(), STROKE.axis("y")[:330])
-        plt.close("all")
-
-
-@pytest.mark.parametrize("signal", [STROKE, FRICTION], ids=["over time", "over displacement"])
-def test_a_notebook_shows_facts_picture_and_player(signal):
-    page = signal._repr_html_()
-    assert "<p>&lt;Signal: " in page
-    picture, sound = (base64.b64decode(data) for data in re.findall(r"base64,([^\"]+)", page))
-    assert Pillow.open(io.BytesIO(picture)).format == "PNG"
-    samples, rate = soundfile.read(io.BytesIO(sound))
-    assert rate >= 3000  # browsers refuse slower files
-    assert np.abs(samples).max() == pytest.approx(0.9, abs=0.001)
-
-
-def test_a_long_signal_is_heard_for_ten_seconds():
-    page = Signal(np.sin(np.arange(30_000)), 1000, "1")._repr_html_()
-    samples, rate = soundfile.read(io.BytesIO(base64.b64decode(re.findall(r"base64,([^\"]+)", page)[1])))
-    assert len(samples) == 10 * rate

@@ -12,6 +12,25 @@ from tactogram.datasets.ratings.questions import RatingColumns
 from tactogram.datasets.ratings.table import read_table
 from tactogram.errors import DataError
 
+
+def test_other_tables_leave_out_unnamed_columns_and_empty_rows(tmp_path):
+    rows = [
+        ["", "rater", "item", "word", "score", "Age"],
+        ["0", "r", "tile", "dry", "3", "9"],
+        ["1", "r", "", "", "", "9"],
+    ]
+    path = write(tmp_path / "r.csv", rows)
+    with pytest.raises(DataError, match=r"column 6 'Age' is neither.*ignore=HEADING \(or \*\)"):
+        read(path)
+    table = read(path, ignored=("*",))
+    assert scores(table) == {("r", "tile", "dry"): 3}
+    assert table.notes == (
+        "columns left out, as they have no heading: 1",
+        "columns left out: Age",
+        "rows left out without item and score: 1, the first is row 3",
+    )
+
+
 ITEMS = ("tile", "carpet", "cork board", "cork")
 
 
@@ -220,7 +239,11 @@ META = [
     "RecipientEmail",
     "UserLanguage",
 ]
+
+
 ASKED = ["Q1_1", "Q1_2", "Q2_1", "Q2_2", "Q3", "Q4_TEXT"]
+
+
 TEXTS = [
     *(
         "Start Date",
@@ -235,6 +258,8 @@ TEXTS = [
     *("Touch the tile,\nthen answer. - rough", "Touch the tile,\nthen answer. - sticky"),
     *("Touch the cork board - rough", "Touch the cork board - sticky", "How old are you?", "Comments"),
 ]
+
+
 IMPORTED = [json.dumps({"ImportId": name}) for name in (*META, *ASKED)]
 
 
@@ -387,21 +412,3 @@ class TestGoogleForms:
         rows = [["Timestamp", "How rough is it?", "How rough is it?"], ["1/2/2026 10:23:45", "1", "6"]]
         with pytest.raises(DataError, match=r"numbers in 'How rough is it\?', 'How rough is it\?'"):
             read(write(tmp_path / "form.csv", rows))
-
-
-def test_other_tables_leave_out_unnamed_columns_and_empty_rows(tmp_path):
-    rows = [
-        ["", "rater", "item", "word", "score", "Age"],
-        ["0", "r", "tile", "dry", "3", "9"],
-        ["1", "r", "", "", "", "9"],
-    ]
-    path = write(tmp_path / "r.csv", rows)
-    with pytest.raises(DataError, match=r"column 6 'Age' is neither.*ignore=HEADING \(or \*\)"):
-        read(path)
-    table = read(path, ignored=("*",))
-    assert scores(table) == {("r", "tile", "dry"): 3}
-    assert table.notes == (
-        "columns left out, as they have no heading: 1",
-        "columns left out: Age",
-        "rows left out without item and score: 1, the first is row 3",
-    )

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings, strategies as st
 from tactogram.datasets import EVOKED, SEVEN_POINT, Ratings, Scale
 from tactogram.datasets.ratings.ratings import scale_of
 from tactogram.datasets.ratings.table import RatingColumns, read_table, write_table
-from tactogram.datasets.ratings.words import JAPANESE, ROMAJI, WORDS, word_of
+from tactogram.datasets.ratings.words import JAPANESE, WORDS
 from tactogram.errors import DataError, ParameterError
 
 ROOT = Path(__file__).parents[3]
@@ -27,26 +27,6 @@ NAMES = st.text(st.characters(codec="utf-8", exclude_characters="\0"), min_size=
 def write(path, text, encoding="utf-8"):
     path.write_bytes(text.encode(encoding))
     return path
-
-
-class TestWords:
-    @pytest.mark.parametrize("word", WORDS)
-    def test_a_heading_may_be_of_any_of_the_languages(self, word):
-        printed = f"{word.title()} ({ROMAJI[word].title()})"
-        forms = [
-            word,
-            word.upper(),
-            f" {word} ",
-            JAPANESE[word],
-            JAPANESE[word].removesuffix("する"),
-            printed,
-        ]
-        forms += [ROMAJI[word], ROMAJI[word].replace("-", " "), ROMAJI[word].removesuffix("-suru")]
-        assert {word_of(form) for form in forms} == {word}
-
-    @pytest.mark.parametrize("text", ["", "roughness", "Dry (Zarazara-suru)", "する", "suru", "ざら"])
-    def test_what_is_none_of_them_is_none(self, text):
-        assert word_of(text) is None
 
 
 class TestReading:
@@ -254,19 +234,6 @@ def test_files_that_are_no_tables_are_refused(tmp_path):
             write(tmp_path / "r.csv", LONG),
             columns=RatingColumns(named={"score": "Value"}, ignored=("score",)),
         )
-
-
-@pytest.mark.parametrize(
-    ("changes", "says"),
-    [
-        ({"named": {"who": "rater"}}, "a column must be one of rater, item, .*got 'who'"),
-        ({"encoding": "utf-99"}, "one that Python knows, got 'utf-99'"),
-        ({"item": "plate{a}"}, "a place for the cell"),
-    ],
-)
-def test_columns_that_cannot_be_meant_are_refused(changes, says):
-    with pytest.raises(ParameterError, match=says):
-        RatingColumns(**changes)
 
 
 def test_a_scale_has_a_name_or_two_ends():

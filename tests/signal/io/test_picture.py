@@ -193,3 +193,12 @@ def test_what_an_image_file_cannot_hold_is_refused(tmp_path, name, metadata, mes
     with pytest.raises(ParameterError, match=message):
         write_image(tmp_path / name, Image(np.zeros((2, 2, 3), np.uint8)), metadata=metadata)
     assert not any(tmp_path.iterdir())
+
+
+def test_a_photograph_of_a_phone_is_read(tmp_path):
+    heif = pytest.importorskip("pillow_heif")
+    heif.register_heif_opener()
+    Pillow.new("RGB", (64, 48), (200, 100, 50)).save(tmp_path / "a.heic", quality=95)
+    image = read_image(tmp_path / "a.heic")
+    assert image.pixels.shape == (48, 64, 3)
+    np.testing.assert_allclose(image.pixels.mean(axis=(0, 1)), (200, 100, 50), atol=4)

@@ -28,7 +28,7 @@ def stacked(infos: Sequence[RecordingInfo], signals: Sequence[Signal], by: str) 
     """Return signals of one length, each of a recording, as arrays; see `Store.to_numpy`."""
     if len(kinds := sorted({(signal.rate, signal.axes) for signal in signals})) > 1:
         told = "; ".join(f"{rate:g} of {','.join(axes)}" for rate, axes in kinds)
-        raise ParameterError.must("recordings", "have one rate and the same axes", told)
+        raise ParameterError.must("recordings", f"have one rate and the same axes, got {told}")
     groups = [getattr(info, by) for info in infos]
     return StoreArrays(
         np.stack([signal.samples for signal in signals]),

@@ -1,0 +1,42 @@
+"""Stores made and added to."""
+
+import os
+
+import pytest
+from tests.datasets.store.sample_recordings import FACTS, assert_same, recording
+
+from tactogram.datasets import add_recordings, create_store, open_store
+from tactogram.datasets.store.store import problems
+from tactogram.errors import DataError
+
+
+def test_recordings_can_be_added(tmp_path):
+    first = [recording(i) for i in range(3)]
+    store = create_store(tmp_path / "s", first, **FACTS)
+    more = [recording(7, material="jeans"), first[0], recording(8, axes=("w",))]
+    bigger = add_recordings(store, more)
+    assert len(store) == 3
+    assert [i.id for i in bigger.index] == [r.id for r in (*first, more[0], more[2])]
+    for expected in (*first, more[0], more[2]):
+        assert_same(bigger.read(expected.id), expected)
+    assert len(bigger.facts.duplicates) == 1
+    assert bigger.sha256 == create_store(tmp_path / "t", (*first, *more), **FACTS).sha256
+    assert problems(bigger) == []
+
+
+def test_adding_to_what_another_changed_is_refused(tmp_path):
+    store = create_store(tmp_path / "s", [recording(1)], **FACTS)
+    add_recordings(store, [recording(2)])
+    before = sorted(os.listdir(store.path))
+    with pytest.raises(DataError, match="changed by another process"):
+        add_recordings(store, [recording(3)])
+    assert sorted(os.listdir(store.path)) == before
+    assert problems(open_store(store.path)) == []
+
+
+def test_an_existing_folder_is_not_touched(tmp_path):
+    (tmp_path / "s").mkdir()
+    (tmp_path / "s" / "mine.txt").write_text("x")
+    with pytest.raises(DataError, match="must not exist"):
+        create_store(tmp_path / "s", [recording(1)], **FACTS)
+    assert os.listdir(tmp_path / "s") == ["mine.txt"]
