@@ -112,7 +112,7 @@ def test_missing_words_are_asked_for_by_name():
     [
         ({"rough": 8}, "rough must be 1 to 7, the raters' scale; got 8"),
         ({"rough": float("nan")}, "rough must be 1 to 7"),
-        ({"sour": 2}, "words must be of rough, sleek, sticky; got 'sour'"),
+        ({"sour": 2}, "words must be of rough, sleek, sticky, got 'sour'"),
     ],
 )
 def test_words_off_the_scale_or_unknown_are_refused(words, message):
@@ -214,7 +214,7 @@ def test_a_rater_scores_what_it_knows(tmp_path):
 @pytest.mark.parametrize(
     ("runs", "out", "message"),
     [
-        ([pictures(), pictures()], "pair", "runs must give one image and one vibration, got image and image"),
+        ([pictures(), pictures()], "pair", "runs must give one image and one vibration, got 'image and image'"),
         ([pictures(), vibrations()], "pair.png", "out must be a folder for 2 runs"),
         ([pictures()], "x.wav", "`out` for images must be a folder or end in .png"),
         ([vibrations()], "x.png", "`out` for signals must be a folder or end in .wav"),
