@@ -125,7 +125,7 @@ def test_overlap_add_sums_pieces():
         ((64, 65), r"hop must be a whole number in 1\.\.64, got 65"),
         ((64, 0), "hop must be"),
         ((1, 1), "n_fft must be"),
-        ((64, 16, "nonsense"), "window must be one that scipy knows, got nonsense"),
+        ((64, 16, "nonsense"), "window must be one that scipy knows, got 'nonsense'"),
     ],
 )
 def test_refuses_a_transform_that_has_no_inverse(arguments, message):

@@ -28,7 +28,7 @@ def test_help_names_every_verb(capsys):
         "classify",
         "search",
     ):
-        assert f"\n    {verb} " in said
+        assert f"\n  {verb} " in said
 
 
 @pytest.mark.parametrize(

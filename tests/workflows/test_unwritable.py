@@ -12,7 +12,7 @@ from tactogram.cli.catalogue import verb_places
 from tactogram.cli.verbs import flags_of
 from tactogram.errors import ParameterError
 from tactogram.parameters import parameters
-from tactogram.workflows.data.convert import convert_folder
+from tactogram.workflows.data.convert import convert
 from tactogram.workflows.evaluation import classifier_crossval, mixing_ladder as mixing
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
@@ -91,4 +91,4 @@ def test_nothing_is_judged_mixed_or_converted_for_a_folder_that_cannot_be_writte
         evaluate(unwritable)
     (tmp_path / "a.csv").write_text("x\n1\n2\n")
     with pytest.raises(ParameterError, match="cannot be written"):
-        convert_folder(tmp_path, NOWHERE, format="wav", rate=100.0)
+        convert(tmp_path, NOWHERE, format="wav", rate=100.0)

@@ -35,7 +35,7 @@ def test_what_cannot_be_is_refused(run, textures, tmp_path):
     out = tmp_path / "texture.h"
     with pytest.raises(ParameterError, match="a C header needs a run of texture_var, this is stroke_cnn"):
         export(run.folder, to="c", out=out, material="cork")
-    with pytest.raises(ParameterError, match="material must be one of cork, foam, tile, wool, got glass"):
+    with pytest.raises(ParameterError, match="material must be one of cork, foam, tile, wool, got 'glass'"):
         export(textures.folder, to="c", out=out, material="glass")
     with pytest.raises(ParameterError, match="force_n is unknown"):
         export(textures.folder, to="c", out=out, material="cork", force=1.0)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from tactogram import models
 from tactogram.datasets import (
@@ -27,9 +27,11 @@ from tactogram.datasets.splits.split import By
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import Example, ModelConfig
 from tactogram.recipe import Recipe, run_id
-from tactogram.training.run import Run
 from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
 from tactogram.workflows.workers import absolute
+
+if TYPE_CHECKING:
+    from tactogram.training.run import Run
 
 BLOCKS = 5
 """Contiguous blocks of which the last one of every recording is for testing."""

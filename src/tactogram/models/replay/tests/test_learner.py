@@ -106,7 +106,7 @@ def test_the_seed_of_the_recipe_decides_what_is_kept():
     ("condition", "message"),
     [
         ({"material": "cork", "speed_mm_s": 100.0}, "speed_mm_s is unknown for the recordings of cork"),
-        ({"material": "cork", "speed_mm_s": np.nan}, "speed_mm_s must be finite"),
+        ({"material": "cork", "speed_mm_s": np.nan}, "speed_mm_s must be a finite number"),
     ],
 )
 def test_condition_it_cannot_meet_is_refused(condition, message):

@@ -50,7 +50,7 @@ def test_an_image_nobody_scored_in_a_word_is_refused_by_name():
     [
         ({"rough": 0.5}, "a score is needed of sleek"),
         ({"rough": 0.5, "sleek": 6.0}, "sleek must be 0 to 1, got 6"),
-        ({"rough": 0.5, "sleek": 0.1, "sour": 0.2}, "words must be of rough, sleek; got 'sour'"),
+        ({"rough": 0.5, "sleek": 0.1, "sour": 0.2}, "words must be of rough, sleek, got 'sour'"),
     ],
 )
 def test_words_that_make_no_sense_are_refused(words, message):

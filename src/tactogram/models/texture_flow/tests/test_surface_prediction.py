@@ -326,7 +326,7 @@ def test_words_that_were_not_learned_are_refused():
         ParameterError, match="'words' was not learned by this run; give material or vibration"
     ):
         trained().generate({"words": {"high": 4.0}}, seed=0)
-    with pytest.raises(ParameterError, match="words must be of high, loud; got 'soft'"):
+    with pytest.raises(ParameterError, match="words must be of high, loud, got 'soft'"):
         trained_on_words().generate({"words": {"soft": 4.0}}, seed=0)
     with pytest.raises(
         ParameterError, match="words and vibration describe the surface twice|vibration and words"

@@ -69,7 +69,7 @@ def test_scores_are_normalised_as_published(kind):
     ("words", "message"),
     [
         ({"rough": 3}, "a score is needed of sticky"),
-        ({"rough": 3, "sticky": 2, "loud": 3}, "words must be of rough, sticky; got 'loud'"),
+        ({"rough": 3, "sticky": 2, "loud": 3}, "words must be of rough, sticky, got 'loud'"),
         ({"rough": 8, "sticky": 2}, "rough must be 1 to 7, got 8"),
         ({"rough": float("nan"), "sticky": 2}, "got nan"),
     ],
