@@ -1,13 +1,22 @@
-"""A stand-in for the Hugging Face Hub, and a search space."""
+"""A stand-in for the Hugging Face Hub, a search space, and runs trained on simulated ratings."""
 
 import base64
 import hashlib
 import json
 import re
+import sys
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from threading import Thread
 
+import numpy as np
 import pytest
+
+from tactogram.datasets import create_store
+from tactogram.datasets.ratings.ratings import EVOKED, Ratings
+from tactogram.signal import Image
+
+sys.path.append(str(Path(__file__).parent))  # made_up_*
 
 # -- a stand-in for the Hugging Face Hub ---------------------------------------------------------------------
 
@@ -143,3 +152,63 @@ def space(tmp_path):
     path = tmp_path / "space.toml"
     path.write_text(SPACE)
     return path
+
+
+# -- runs trained on simulated ratings -----------------------------------------------------------------------
+
+
+@pytest.fixture(scope="session")
+def image_run(tmp_path_factory):
+    """A trained, tiny generator of images; simulated."""
+    from made_up_runs import WORDS
+
+    from tactogram.workflows.training.train import train  # loads torch
+
+    folder = tmp_path_factory.mktemp("images")
+    rng = np.random.default_rng(0)
+    items = [f"image{n}" for n in range(8)]
+    rows = [
+        (rater, item, word, float(rng.integers(0, 2))) for rater in "ab" for item in items for word in WORDS
+    ]
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    shown = [(item, Image(rng.integers(0, 256, (20, 20, 3), np.uint8))) for item in items]
+    create_store(
+        folder / "store",
+        [],
+        name="images",
+        licence="-",
+        simulated=True,
+        ratings=Ratings(*columns[:3], np.array(columns[3]), EVOKED),
+        photographs=shown,
+    )
+    done = train("tactile_image_cgan", folder / "store", recipe="tiny", out=folder / "run", accelerator="cpu")
+    return done.folder
+
+
+@pytest.fixture(scope="session")
+def image_rater(image_run):
+    """A rater model of such images."""
+    from tactogram.workflows.training.loaded_run import load_run
+    from tactogram.workflows.training.train import train
+
+    store = load_run(image_run).run.data["path"]
+    return train(
+        "rater", store, recipe="tiny", out=image_run.parent / "rater", accelerator="cpu"
+    ).folder  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def rated(tmp_path_factory):
+    """A store of rated vibrations; simulated."""
+    from made_up_ratings import rated_store
+
+    return rated_store(tmp_path_factory.mktemp("rated") / "s")
+
+
+@pytest.fixture(scope="session")
+def rater_run(rated, tmp_path_factory):
+    """A rater model of these."""
+    from tactogram.workflows.training.train import train  # loads torch
+
+    out = tmp_path_factory.mktemp("runs") / "rater"
+    return train("rater", rated, recipe="tiny", out=out, accelerator="cpu").folder

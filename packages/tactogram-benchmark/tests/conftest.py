@@ -1,6 +1,7 @@
 """Small stores of noise, and tasks on them."""
 
 import hashlib
+import sys
 from functools import partial
 from pathlib import Path
 
@@ -20,9 +21,13 @@ from tactogram.datasets import (
 )
 from tactogram.signal import Signal
 from tactogram.workflows.evaluation.reference_models import EvaluationSettings
+from tactogram.workflows.progress import silent
 from tactogram_benchmark.data import open_task
 from tactogram_benchmark.kinds import generation
 from tactogram_benchmark.task import find_task
+from tactogram_benchmark.task_kind import check_answers, kind_of
+
+sys.path += [str(Path(__file__).parent), str(Path(__file__).parent / "experiments")]  # made_up_*
 
 MATERIALS = tuple(f"material-{number}" for number in range(6))
 RATE = 1000.0
@@ -171,3 +176,19 @@ def tasks(tmp_path_factory):
     drives = rated_drives(made.work / "stores" / "drives")
     made.write("display", "words", drives, by_item(drives), head='label = "item"\n')
     return made
+
+
+@pytest.fixture(name="judged")
+def judged_fixture(tasks):
+    """Give a function that judges answers, by question, of a task."""
+
+    def judge(name, answer):
+        opened = tasks.open(name)
+        kind = kind_of(opened.task.kind)
+        kind.check(opened)
+        questions = kind.questions(opened)
+        answers = {question.id: answer(opened, question) for question in questions}
+        check_answers(kind.form(opened), questions, answers, where=name)
+        return opened, questions, kind.judge(opened, answers, silent)
+
+    return judge

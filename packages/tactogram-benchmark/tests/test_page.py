@@ -1,54 +1,25 @@
 """The page of results, in a browser."""
 
-import dataclasses
 import os
 import shutil
 
 import numpy as np
 import pytest
+from made_up_results import table
 
-from tactogram.signal import Image, Signal
+from tactogram.signal import Signal
 from tactogram_benchmark.page import html
-from tactogram_benchmark.ranking import rank_models
-from tactogram_benchmark.result import REAL_FOLDER, BenchmarkResult, save_shown
-from tactogram_benchmark.table import TaskTable, markdown
-from tactogram_benchmark.task import available_tasks
+from tactogram_benchmark.result import save_shown
+from tactogram_benchmark.table import markdown
 
-TASKS = available_tasks()
 PLAYED = """() => Promise.all([...document.querySelectorAll("[data-sound]")].map(button => new Promise(done => {
     const sound = new Audio("data:audio/flac;base64," + button.dataset.sound);
     sound.oncanplaythrough = () => done("played");
     sound.onerror = () => done(sound.error.message);
 })))"""
+
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-
-
-def result(task, model, value, *, seed=0, copying=False):
-    by_item = {f"item {n}": value + 0.01 * n for n in range(-10, 11)}
-    main = {
-        "value": value,
-        "better": "lower",
-        "title": "distance",
-        "by_item": by_item,
-        "floor": 0.0,
-        "ceiling": 1.0,
-    }
-    near = {"value": 0.9 if copying else 0.3, "better": "lower", "title": "correlation", "floor": 0.2}
-    return BenchmarkResult(
-        task=task.name, task_sha256=task.sha256, model=model, entry="model", seed=seed, recipe="quick",
-        data={"name": task.data.name, "sha256": task.data.sha256, "simulated": task.data.simulated},
-        split_sha256=task.split_sha256, judge=1, code="0", device="CPU", finished="now",
-        figures={"distance": main, "training_correlation": near},
-    )  # fmt: skip
-
-
-def table(name, values, copying=()):
-    task = TASKS[name]
-    results = [result(task, model, value, copying=model in copying) for model, value in values.items()]
-    failed = [
-        result(task, "slow", 1.0).model_copy(update={"figures": {}, "failed": "not trained within 1 minute"})
-    ]
-    return TaskTable(task, tuple(rank_models(results)), tuple(failed))
 
 
 @pytest.fixture(scope="module")
@@ -123,29 +94,6 @@ def test_what_was_not_trained_says_why(page):
     assert "Without a result:\n\n- `slow`: not trained within 1 minute" in text
 
 
-@pytest.mark.parametrize(
-    ("low", "high", "text"),
-    [(0.05, 0.17, "0.110 ± 0.002 [0.047, 0.173]"), (0.01, 0.9, "0.11 ± 0.00 [0.01, 0.90]")],
-)
-def test_values_are_told_to_the_digits_that_their_interval_allows(low, high, text):
-    seeds = []
-    for seed, value in enumerate((0.1085, 0.1115)):
-        made = result(TASKS["lmt108-generate"], "near", value, seed=seed)
-        main = dataclasses.replace(made.main, low=low, high=high)
-        seeds.append(made.model_copy(update={"figures": {"distance": main}}))
-    page = markdown([TaskTable(TASKS["lmt108-generate"], tuple(rank_models(seeds)), ())])
-    assert f"| 1 | `near` | {text} | 2 |" in page
-    assert "lower is better; at best 0, by chance 1." in page
-
-
-def test_beside_a_model_that_copies_the_best_that_makes_something_new_is_named():
-    text = markdown([table("lmt108-generate", {"replay": 0.05, "texture_var": 0.3}, copying=["replay"])])
-    overview = next(line for line in text.splitlines() if line.startswith("| [Generate"))
-    assert "| `replay` (copies) 0.05" in overview
-    assert "; making something new: `texture_var` 0.3" in overview
-    assert "| 1 | `replay` (copies) | 0.05" in text
-
-
 def test_a_model_that_is_no_better_than_random_is_marked():
     one = table("lmt108-generate", {"random": 0.3, "near": 0.1, "far": 0.6})
     text = markdown([one])
@@ -156,10 +104,3 @@ def test_a_model_that_is_no_better_than_random_is_marked():
     assert '<code>far</code><span class="about"> (no use of its input shown)</span>' in page
     assert "<strong>shows no use of its input</strong>" in page
     assert "<code>random</code> and <code>mean</code>" in page
-
-
-def test_samples_of_recorded_data_are_kept_apart(tmp_path):
-    image = Image(np.zeros((8, 8, 3), np.uint8))
-    save_shown(tmp_path, "task", "mine", {"a/b": image, "a/b recorded": image}, simulated=False)
-    files = sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.png"))
-    assert files == [f"{REAL_FOLDER}/task/shown/mine/a_b.png", f"{REAL_FOLDER}/task/shown/recorded/a_b.png"]

@@ -1,8 +1,5 @@
 """Task files: what is refused, and the tasks of the package."""
 
-import json
-from pathlib import Path
-
 import pytest
 from benchmarks.make_tasks import family
 
@@ -11,15 +8,11 @@ from tactogram.datasets.importer import IMPORTERS
 from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.simulate import simulate_to_store
-from tactogram_benchmark.data import open_task
-from tactogram_benchmark.result import COMMITTED as BRIEF, BenchmarkResult, brief, check_result, read_results
 from tactogram_benchmark.task import available_tasks, find_task
 from tactogram_benchmark.task_kind import kind_of
 from tactogram_benchmark.workflows import run_benchmark
 
-ROOT = Path(__file__).parents[3]
 TASKS = available_tasks()
-COMMITTED = sorted((ROOT / "benchmarks" / "tasks").glob("*/*.json"))
 
 
 SIMULATED = {task.data.sha256: task.data for task in TASKS.values() if task.data.simulated}
@@ -55,23 +48,6 @@ def test_two_tasks_of_one_name_are_refused(copied, tasks):
     with pytest.raises(ParameterError, match="two tasks are called 'name'"):
         available_tasks([tasks.folder, folder])
     assert "name" in available_tasks([tasks.folder, tasks.folder])
-
-
-def test_other_simulated_data_is_refused(copied, tmp_path):
-    folder = copied('sha256 = "', 'sha256 = "0')  # the hash of the store loses its last digit below
-    text = (folder / "name.toml").read_text()
-    lines = [line[:-2] + '"' if line.startswith("sha256") else line for line in text.splitlines()]
-    (folder / "name.toml").write_text("\n".join(lines).replace('split_sha256 = "0', 'split_sha256 = "'))
-    task = find_task("name", [folder])
-    small = task.model_copy(
-        update={
-            "data": task.data.model_copy(
-                update={"simulate": {"set_name": "surfaces", "random": 1, "per_class": 1, "seconds": 0.5}}
-            )
-        }
-    )
-    with pytest.raises(DataError, match="simulated data must have SHA-256 0"):
-        open_task(small, tmp_path / "work")
 
 
 def test_recorded_data_that_is_not_at_hand_is_skipped_and_said(tmp_path):
@@ -122,22 +98,6 @@ def test_the_kinds_that_a_paper_of_the_field_asks_are_there():
     assert len(TASKS) >= 20
 
 
-def test_what_score_ranks_among_is_of_the_committed_results():
-    """`make benchmark-page` writes it."""
-    assert BRIEF.read_text(encoding="utf-8") == brief(read_results([ROOT / "benchmarks" / "tasks"]))
-
-
-@pytest.mark.parametrize("name", [name for name, task in TASKS.items() if task.aggregate_only])
-def test_results_of_data_that_may_not_be_passed_on_hold_aggregates(name):
-    folder = ROOT / "benchmarks" / "tasks" / name
-    assert TASKS[name].data.importer == "hatt"
-    assert not (folder / "shown").exists()
-    for file in folder.glob("*.json"):
-        result = BenchmarkResult.load(file)
-        assert all(item.startswith("group ") for figure in result.figures.values() for item in figure.by_item)
-        assert len(result.main.by_item) <= 9 if result.figures else result.failed
-
-
 def test_families_of_surfaces_are_in_one_part():
     """Two names for a family that the rule of `benchmarks.make_tasks` makes, and the groups of the split."""
     assert [family(name) for name in ("Canvas 2", "Styrofoam", "Sandpaper 100", "Wax Paper", "Cork")] == [
@@ -150,11 +110,3 @@ def test_families_of_surfaces_are_in_one_part():
     assert not held["train"] & held["test"]
     assert not held["validation"] & (held["train"] | held["test"])
     assert {"foam", "carpet", "sandpaper"} < held["test"]
-
-
-@pytest.mark.parametrize("file", COMMITTED, ids=lambda file: f"{file.parent.name}/{file.stem}")
-def test_a_committed_result_is_of_its_task(file):
-    result = BenchmarkResult.load(file)
-    check_result(result, TASKS, where=str(file))
-    assert file == result.file(file.parents[1])
-    assert not any("/tmp/" in text for text in (json.dumps(result.settings), result.failed))

@@ -12,6 +12,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
+sys.path.append(str(Path(__file__).parent))  # laboratory_files
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 QUIET = (
     "--no-sandbox",

@@ -1,6 +1,9 @@
 import json
+import shutil
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +15,11 @@ from tactogram.signal.io import write_signal
 from tactogram_study.session.progress import next_page
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_observer import SimulatedEffect
-from tactogram_study.simulated_participants import SimulatedParticipant
+from tactogram_study.simulated_participants import SimulatedParticipant, simulate
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PageAnswers, Participant
+
+sys.path.append(str(Path(__file__).parent))  # simulated_answers
 
 STUDY_FILE = """
 title = "Small"
@@ -134,3 +139,32 @@ def printed(capsys):
         return json.loads(capsys.readouterr().out)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def whole(tmp_path_factory, make_study_once):
+    """Return a session of eight simulated participants, and its answers."""
+    folder = tmp_path_factory.mktemp("salvage") / "whole"
+    with SessionStore(folder, make_study_once({"kind": "abx", "repeats": 8})) as store:
+        simulate(store, 8)
+        store.compact()
+        return folder, store.answers()
+
+
+@pytest.fixture
+def damaged(whole, tmp_path):
+    """Return a function that copies the session, and changes the bytes of its file or its tables."""
+
+    def make(change=None, *, statements=()):
+        folder = tmp_path / "pilot"
+        shutil.copytree(whole[0], folder, dirs_exist_ok=True)
+        path = folder / "answers.sqlite"
+        if change is not None:
+            path.write_bytes(change(path.read_bytes()))
+        with closing(sqlite3.connect(path)) as rows:
+            for statement in statements:
+                rows.execute(statement)
+            rows.commit()
+        return folder
+
+    return make

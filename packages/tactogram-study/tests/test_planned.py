@@ -4,10 +4,6 @@ from tactogram.errors import ParameterError
 from tactogram_study.analysis.findings import (
     EQUIVALENT,
     NOT_SHOWN,
-    SHOWN,
-    UNDECIDED,
-    AnalysisSection,
-    Finding,
     with_verdicts,
 )
 from tactogram_study.answers import Answer, Answers
@@ -81,19 +77,6 @@ def test_without_a_margin_a_large_p_says_that_nothing_is_shown():
     assert analysis.sections[0].role("confirmatory")[0].verdict == NOT_SHOWN
     assert "gives no margin: nothing can be equivalent" in analysis.text()
     assert "no difference" not in analysis.text().casefold()
-
-
-@pytest.mark.parametrize(("alpha", "verdict"), [(0.05, SHOWN), (0.01, UNDECIDED)])
-def test_alpha_decides_and_intervals_stay(alpha, verdict):
-    finding = Finding(
-        "all", "t", "confirmatory", "mm", 1.0, 0.1, 1.9, 0.03, SHOWN, equivalence_p=0.02, margin=5.0
-    )
-    by_interval = Finding("all", "mixed", "check", "mm", 1.0, 0.1, 1.9, verdict=SHOWN)
-    section = AnalysisSection("T", "two_area", "realism", 8, 80, True, (finding, by_interval))
-    first, second = with_verdicts(section, alpha=alpha).findings
-    assert (first.verdict, first.low, first.high) == (verdict, 0.1, 1.9)
-    assert second.verdict == ("" if alpha != 0.05 else SHOWN)
-    assert ("smaller than the margin" in first.note) == (alpha == 0.05)
 
 
 def test_judging_at_the_same_alpha_changes_no_verdict():

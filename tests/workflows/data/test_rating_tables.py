@@ -7,7 +7,7 @@ import pytest
 import soundfile
 
 from tactogram.cli import main
-from tactogram.cli.printing import ratings_text, shortened
+from tactogram.cli.printing import ratings_text
 from tactogram.datasets import EVOKED, Ratings, Recording, create_store, open_store
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.ratings.words import WORDS
@@ -212,15 +212,6 @@ def test_a_study_of_ones_own_files_comes_in(tmp_path):
     }
     assert store.streams["strain"].axes == ("g1", "g2", "g3", "g4")
     assert store.ratings.items == ("plate01", "signal01")
-
-
-def test_long_lists_of_names_are_told_by_number():
-    names = [f"image{n:03d}" for n in range(320)]
-    assert shortened(names)[-1] == "… (320 in all)"
-    assert len(shortened(names)) == 11
-    assert shortened(names[:12]) == names[:12]
-    assert shortened(dict.fromkeys(names, 1))["…"] == "(320 in all)"
-    assert shortened(dict.fromkeys(names[:40], 1)) == dict.fromkeys(names[:40], 1)
 
 
 def test_without_the_library_of_alpha_the_rest_is_told_and_what_to_install(store, tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ from tactogram.cli import main
 from tactogram.datasets import item_of, open_store
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.datasets.simulate import materials, sets, studies
+from tactogram.datasets.simulate.sets import SETS
 from tactogram.datasets.simulate.studies import study
 from tactogram.datasets.store import writer
 from tactogram.errors import ParameterError
@@ -123,3 +124,36 @@ def test_an_interrupted_simulation_goes_on_to_the_same_store(when, tmp_path, mon
     assert min(done for stage, done in made if stage == "simulate") == (3 if when[0] == "simulate" else 1)
     assert [done for stage, done in made if stage == "rate"] == ([] if when[0] == "simulate" else [2])
     assert sorted(path.name for path in tmp_path.iterdir()) == ["store", "whole"]
+
+
+@pytest.fixture
+def few_surfaces(monkeypatch):
+    """Two of the nine: each takes most of a second to make."""
+    nine = SETS["stroking9"]
+    monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=nine.surfaces[1:3]))
+
+
+@pytest.mark.usefixtures("few_surfaces")
+def test_a_simulated_store_says_the_command_that_makes_it(tmp_path):
+    options = {"seed": 3, "per_class": 1, "seconds": 0.5, "rate": 500.0}
+    with pytest.raises(ParameterError, match="workers must be greater than or equal to 1"):
+        simulate_to_store("stroking9", tmp_path / "store", workers=-1, **options)
+    assert not (tmp_path / "store").exists()
+    simulate_to_store("stroking9", tmp_path / "store", workers=1, **options)
+    said = open_store(tmp_path / "store").facts.source
+    assert said == "tactogram data simulate stroking9 --seed 3 --per-class 1 --seconds 0.5 --rate 500"
+
+
+@pytest.mark.usefixtures("few_surfaces")
+def test_a_simulated_set_takes_other_speeds_and_says_so(tmp_path):
+    options = {"seed": 3, "per_class": 1, "seconds": 0.5, "workers": 1}
+    simulate_to_store("stroking9", tmp_path / "store", speeds_mm_s=(50.0, 100.0), **options)
+    store = open_store(tmp_path / "store")
+    assert sorted({info.speed_mm_s for info in store.index}) == [50.0, 100.0]
+    assert store.facts.source.endswith("--seconds 0.5 --speeds 50,100")
+    for speeds, words in (((), "1 to 2000"), ((0.0,), "1 to 2000"), ((50.0, 50.0), "speeds must differ")):
+        with pytest.raises(ParameterError, match=words):
+            simulate_to_store("stroking9", tmp_path / "no", speeds_mm_s=speeds, **options)
+    code = main(["data", "simulate", "stroking9", "--speeds", "fast", "--out", str(tmp_path / "no")])
+    assert code == 1
+    assert not (tmp_path / "no").exists()

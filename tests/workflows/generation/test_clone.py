@@ -9,9 +9,8 @@ from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_metadata, read_signal, write_image, write_signal
+from tactogram.signal.io import read_signal, write_image, write_signal
 from tactogram.workflows.generation.clone import clone
-from tactogram.workflows.generation.cloned_strokes import live_map
 from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
@@ -141,29 +140,6 @@ def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path, capsys):
     assert made[1].samples.std() == pytest.approx(12, rel=0.4)
 
 
-def test_a_live_map_covers_the_speeds_that_a_model_predicts():
-    seen = []
-
-    class Predicted:
-        @property
-        def generator(self):
-            return self
-
-        def limits(self, condition):
-            return []
-
-        def generate(self, condition, *, seconds, seed):
-            seen.append(condition)
-            noise = np.random.default_rng(seed).standard_normal((1, 4000))
-            return Signal(noise * condition["speed_mm_s"], 1000.0, "m/s^2", ("z",))
-
-    surface = live_map(Predicted(), {"words": {"rough": 6}}, {"speed_mm_s": (50.0, 200.0)})
-    assert surface.conditions[:, 0].tolist() == [50, 60, 120, 200]
-    assert np.isnan(surface.conditions[:, 1]).all()
-    assert [condition.keys() for condition in seen] == [{"words", "speed_mm_s"}] * 4
-    assert surface.at(200.0).deviation[0] > surface.at(50.0).deviation[0] + 1
-
-
 def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
     with pytest.raises(
         ParameterError, match="give a recording of a surface, `images`, `materials` or `words`"
@@ -188,34 +164,26 @@ def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
         clone([stroke], out=tmp_path / "b")
 
 
-def test_a_folder_comes_before_the_model_of_its_name(tmp_path, monkeypatch):
-    assert len(load_run("texture_flow").kind.materials) == 84
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "texture_flow").mkdir()
-    with pytest.raises(RunError, match="not a run"):
-        load_run("texture_flow")
+FASTEST = "it counts as 399.7 mm/s"
 
 
-def test_a_recorded_motion_is_followed_and_named_in_the_file(tmp_path, capsys):
-    motion, out = tmp_path / "hand.csv", tmp_path / "felt.wav"
-    motion.write_text(
-        "time_s,speed_mm_s,force_n\n0,60,0.5\n1,60,0.5\n1.2,300,1\n2.4,300,1\n2.5,300,0\n3,0,0\n"
+def slow_stroke(folder):
+    """Simulated noise, recorded at 200 Hz."""
+    noise = np.random.default_rng(0).standard_normal((1, 800))
+    write_signal(folder / "slow.wav", Signal(noise / 8, 200.0, "1"))
+    return folder / "slow.wav"
+
+
+def test_a_clone_says_what_was_limited(tmp_path, capsys):
+    told = ["clone", str(slow_stroke(tmp_path)), "--speeds", "100,600", "--forces", "1", "--seconds", "1"]
+    run = clone(
+        words={"squishy": 7}, speeds=(100.0, 600.0), forces=(1.0,), seconds=1.0, out=tmp_path / "words"
     )
-    told = ["generate", "texture_flow", "--material", "corduroy", "--motion", str(motion), "--out", str(out)]
-    assert main(told) == 0
-    samples, rate = read_signal(out).samples[0], 2500
-    assert len(samples) == 3 * rate
-    slow, fast = samples[rate // 5 : rate].std(), samples[round(1.4 * rate) : round(2.3 * rate)].std()
-    assert fast > 3 * slow > 0
-    assert np.ptp(samples[round(2.7 * rate) :]) == 0
-    assert read_metadata(out)["motion_from"] == "hand.csv"
-    assert main([*told, "--force", "1"]) == 1
-    assert "the motion has its own force_n; omit it" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("suffix", [".ahap", ".haptic", ".hjif"])
-def test_words_are_generated_straight_into_a_haptic_file(suffix, tmp_path, capsys):
-    out = tmp_path / f"rough{suffix}"
-    assert main(["generate", "texture_flow", "--words", "rough=6", "--seconds", "1", "--out", str(out)]) == 0
-    assert "The file keeps " in capsys.readouterr().out
-    assert main(["convert", "--check", str(out)]) == 0
+    squishy, speed = run.facts()["notes"]
+    assert squishy.startswith("squishy 7 is outside of what was rated")
+    assert speed == f"speed 600 mm/s is outside of what was recorded: {FASTEST}"
+    assert main([*told, "--out", str(tmp_path / "slow"), "--json", "--quiet"]) == 0
+    printed = capsys.readouterr()
+    band, speed = json.loads(printed.out)["limited"]
+    assert band.startswith("slow: the recording ends at 100 Hz")
+    assert f"note: {speed}\n" in printed.err

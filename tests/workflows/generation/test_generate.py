@@ -1,10 +1,11 @@
-"""Materials described in English: to weights, to files, and what is refused."""
+"""Generated signals: of materials described in English, to files, limited to what was learned, and what is refused."""
 
 import json
 import shlex
 import shutil
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,9 +18,11 @@ from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier
 from tactogram.features.text_classifier import describe
+from tactogram.model import Limit, Model, SignalKind, limits_within, word_limits
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_metadata, read_signal, write_image
-from tactogram.workflows.generation.generate import generate, generate_files, with_materials
+from tactogram.signal.io import read_metadata, read_signal, write_image, write_signal
+from tactogram.signal.motion import Motion
+from tactogram.workflows.generation.generate import generate, generate_files, limits, with_materials, within
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 from tactogram_studio.generation.runs import GeneratingRuns
@@ -243,3 +246,167 @@ def test_an_everyday_material_says_what_it_was_set_from(tmp_path):
     [made] = generate_files("texture_flow", {"material": "cork"}, tmp_path / "cork.wav", seconds=0.5)
     assert list(made["set_from"]) == ["cork"]
     assert "the mean of 60 real materials" in made["set_from"]["cork"]
+
+
+FASTEST = "it counts as 399.7 mm/s"
+
+
+@pytest.fixture(scope="module")
+def strokes(tmp_path_factory):
+    """Simulated: noise of two levels, recorded at 100 and 200 mm/s."""
+    rng = np.random.default_rng(0)
+    recordings = [
+        Recording(
+            streams={"acceleration": Signal(level * speed * rng.standard_normal((1, 2000)), 1000.0, "m/s^2")},
+            material=name,
+            speed_mm_s=speed,
+            simulated=True,
+        )
+        for name, level in (("cork", 0.1), ("tile", 0.01))
+        for speed in (100.0, 200.0)
+        for _ in range(3)
+    ]
+    path = tmp_path_factory.mktemp("strokes") / "store"
+    return create_store(path, recordings, name="strokes", licence="-", simulated=True).path
+
+
+@pytest.mark.parametrize("model", ["ar_texture", "texture_var", "replay", "texture_gan", "texture_flow"])
+def test_every_model_of_speeds_says_which_one_counts(model, strokes, tmp_path):
+    recipe = "tiny" if model in ("texture_gan", "texture_flow") else "quick"
+    run = train(model, strokes, recipe=recipe, out=tmp_path / "run", accelerator="cpu").folder
+    cork = {"material": {"cork": 1.0}}
+    loaded = load_run(run)
+    [limit] = limits(loaded, cork | {"speed_mm_s": 900.0})
+    assert (limit.name, limit.given, limit.used) == ("speed_mm_s", 900.0, 200.0)
+    assert limits(loaded, cork | {"speed_mm_s": 50.0})[0].used == 100.0
+    assert limits(loaded, cork | {"speed_mm_s": 200.0}) == limits(loaded, cork) == []
+    [beyond], [fastest] = (
+        generate(loaded, cork | {"speed_mm_s": speed}, seconds=1, seed=3) for speed in (900.0, 200.0)
+    )
+    np.testing.assert_array_equal(beyond.samples, fastest.samples)
+
+
+def test_words_are_limited_to_what_was_rated(tmp_path, capsys):
+    out = tmp_path / "squishy.wav"
+    told = ["generate", "texture_flow", "--words", "squishy=7", "--speed", "150", "--seconds", "1"]
+    assert main([*told, "--out", str(out)]) == 0
+    [sentence] = read_metadata(out)["limited"]
+    assert sentence in capsys.readouterr().err
+    most = float(sentence.rpartition(" ")[2])
+    assert sentence == f"squishy 7 is outside of what was rated: it counts as {most:.4g}"
+    assert 1.5 < most < 6
+    loaded = load_run("texture_flow")
+    assert within(loaded, {"words": {"squishy": 7.0}})["words"]["squishy"] == pytest.approx(most, rel=1e-3)
+    [same] = generate(loaded, within(loaded, {"words": {"squishy": 7.0}, "speed_mm_s": 150.0}), seconds=1)
+    np.testing.assert_allclose(read_signal(out).samples, same.samples, atol=1e-4)
+    assert np.sqrt((same.samples**2).mean()) < 63 * 9.81 / 5
+
+
+def test_scores_are_compared_on_the_scale_of_the_ratings():
+    kind = SignalKind(1000.0, "m/s^2", ("z",), words=("rough", "tempo", "unrated"), scale=(-3.0, 3.0))
+    rated = np.array([[0.5, 0.25, np.nan], [0.75, np.nan, np.nan]])
+    found = word_limits({"rough": 3.0, "tempo": -1.5, "unrated": 3.0}, kind, rated)
+    assert found == [Limit("rough", 3.0, 1.5, "on the ratings' scale from -3 to 3")]
+    assert word_limits({"rough": 9.0}, kind, rated) == []  # off the scale: the model refuses it
+
+
+def test_a_model_of_rated_items_is_kept_within_them():
+    class Rated(Model):
+        step = None
+        rated_means = {"a": np.array([0.25, 0.5]), "b": np.array([0.5, 0.75])}  # noqa: RUF012
+
+    kind = SignalKind(1000.0, "1", ("z",), words=("rough", "sticky"), scale=(1.0, 7.0))
+    run = SimpleNamespace(generator=Rated(None, kind))
+    assert within(run, {"words": {"rough": 7.0, "sticky": 5.0}})["words"] == {"rough": 4.0, "sticky": 5.0}
+    assert str(limits(run, {"words": {"sticky": 1.0}})[0]).endswith("was rated: it counts as 4")
+
+
+def test_the_share_of_a_motion_that_is_outside_is_said():
+    times = np.array([0, 1, 1.0001, 3, 3.0001, 4])
+    speed, force = np.array([100, 100, 600, 600, 5, 5.0]), np.ones(6)
+    motion = Motion(times, speed, force)
+    ranges = {"speed_mm_s": (30.0, 400.0), "force_n": (0.2, 3.0)}
+    slow, fast = limits_within({"motion": motion}, ranges)
+    assert (slow.given, slow.used, fast.given, fast.used) == (5, 30, 600, 400)
+    assert (slow.share, fast.share) == pytest.approx((0.25, 0.5), abs=0.02)
+    assert str(fast).startswith("a speed of up to 600 mm/s, for ")
+    assert str(fast).endswith(" % of the motion, is outside of what was recorded: it counts as 400 mm/s")
+    resting = Motion(times, speed, force, gain=np.array([1, 1, 1, 1, 0, 0.0]))
+    [fast] = limits_within({"motion": resting}, ranges)
+    assert fast.share == pytest.approx(2 / 3, abs=0.02)
+
+
+def slow_stroke(folder):
+    """Simulated noise, recorded at 200 Hz."""
+    noise = np.random.default_rng(0).standard_normal((1, 800))
+    write_signal(folder / "slow.wav", Signal(noise / 8, 200.0, "1"))
+    return folder / "slow.wav"
+
+
+def test_a_recording_says_where_its_band_ends(tmp_path):
+    given = {"vibration_speed_mm_s": 900.0, "speed_mm_s": 100.0}
+    [row] = generate_files(
+        load_run("texture_flow"),
+        given,
+        tmp_path / "a.wav",
+        seconds=0.5,
+        options={"vibration": slow_stroke(tmp_path)},
+    )
+    assert row["limited"] == [
+        f"speed 900 mm/s of the given recording is outside of what was recorded: {FASTEST}",
+        "the recording ends at 100 Hz: above, up to 1000 Hz in the run's band, nothing is known of the surface",
+    ]
+    loaded = load_run("texture_flow")
+    assert loaded.missing_band(Signal(np.zeros((1, 500)), 2500.0, "m/s^2")) == []
+
+
+@pytest.fixture(scope="module")
+def voice(store, tmp_path_factory, tiny):
+    out = tmp_path_factory.mktemp("runs") / "ar"
+    return load_run(train("ar_texture", store, recipe="tiny", out=out, accelerator="cpu").folder)
+
+
+def test_generated_files_say_what_they_are(voice, tmp_path):
+    written = generate_files(
+        voice, {"material": {"cork": 0.5, "tile": 0.5}}, tmp_path / "x.wav", seconds=2, count=2
+    )
+    assert [row["seconds"] for row in written] == [2.0, 2.0]
+    first = read_signal(tmp_path / "x-1.wav")
+    assert (first.rate, first.unit, first.axes) == (330.0, "m/s^2", ("x", "y", "z"))
+    said = read_metadata(tmp_path / "x-1.wav")
+    assert said["simulated"] is True
+    assert written[0]["simulated"] is True
+    assert said["material"] == {"cork": 0.5, "tile": 0.5}
+    assert (first.samples != read_signal(tmp_path / "x-2.wav").samples).any()
+    again = next(generate(voice, {"material": {"cork": 0.5, "tile": 0.5}}, seconds=2))
+    np.testing.assert_array_equal(again.samples, first.samples)
+
+
+@pytest.mark.parametrize(
+    ("condition", "options", "message"),
+    [
+        ({"material": "glass"}, {}, "material must be one of cork, foam, tile, wool, got 'glass'"),
+        ({"material": {"cork": 0.0}}, {}, "at least one material needs a weight > 0"),
+        ({"material": "cork"}, {"seconds": 36_000.0}, "seconds must be > 0 and at most 3600, got 36000"),
+        ({"material": "cork"}, {"count": 0}, "count must be at least 1"),
+        (
+            {"material": "cork"},
+            {"count": 10**11},
+            "count must be at least 1 and at most 100000, got 100000000000",
+        ),
+        ({"material": "cork", "words": {"rough": 1.0}}, {}, "condition 'words' is not one this model takes"),
+    ],
+)
+def test_conditions_that_mean_nothing_are_refused(voice, condition, options, message):
+    with pytest.raises(ParameterError, match=message):
+        next(generate(voice, condition, **options))
+
+
+def test_a_file_that_cannot_hold_a_signal_is_refused_before_one_is_made(voice, tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        "tactogram.workflows.generation.generate.generate",
+        lambda *_, **__: pytest.fail("generated all the same"),
+    )
+    for name, got in (("x.mp3", ".mp3"), ("x.png", ".png"), ("x", "none")):
+        with pytest.raises(ParameterError, match=rf"suffix must be one of \.wav, .*, got {got}"):
+            generate_files(voice, {"material": "cork"}, tmp_path / name)

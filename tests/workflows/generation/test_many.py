@@ -98,3 +98,14 @@ def test_options_that_the_table_states_are_refused_beside_it(table, tmp_path, ca
         assert message in capsys.readouterr().err
     assert main([*told, "--seconds", "0.25", "--processes", "1", "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["files"]) == 3
+
+
+def test_a_table_says_which_files_are_limited(tmp_path, capsys):
+    table = tmp_path / "conditions.csv"
+    table.write_text("material,speed\ncork,60\ncork,600\n")
+    made = generate_many("texture_flow", table, tmp_path / "out", seconds=0.25, processes=1)
+    assert ["limited" in row for row in made] == [False, True]
+    told = ["--conditions", str(table), "--seconds", "0.25", "--processes", "1", "--quiet"]
+    assert main(["generate", "texture_flow", *told, "--out", str(tmp_path / "again")]) == 0
+    [note] = capsys.readouterr().err.splitlines()
+    assert note.startswith(f"note: {tmp_path / 'again' / '2.wav'}: speed 600 mm/s")

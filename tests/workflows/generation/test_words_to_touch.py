@@ -1,153 +1,22 @@
 """Words to an image and a vibration: what is asked, filled, refused and written."""
 
 import json
-import shutil
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from made_up_runs import WORDS, pictures, rater, vibrations
 
-from tactogram.cli.command import main
-from tactogram.datasets import create_store
-from tactogram.datasets.ratings.ratings import EVOKED, Ratings
+from tactogram.cli import main
 from tactogram.errors import ParameterError
-from tactogram.model import ImageKind, Model, SignalKind, check_condition
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal, write_signal
-from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.evaluation.mixing_ladder import mixing_ladder
 from tactogram.workflows.generation.generate import generate
-from tactogram.workflows.generation.word_scores import ask, rated_means
+from tactogram.workflows.generation.word_scores import ask
 from tactogram.workflows.generation.words_to_touch import generate_from_words
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
-
-WORDS = ("rough", "sleek", "sticky")
-
-
-class Drawing(Model):
-    """An image of as many rows as words, each as bright as its score."""
-
-    step = rated_means = None
-
-    def __init__(self, kind, means):
-        super().__init__(None, kind)
-        self.rated_means, self.asked = means, []
-
-    def generate(self, condition, *, seconds=None, seed):
-        check_condition(condition, needs=("words",))
-        self.asked.append(condition)
-        rows = np.array([condition["words"][word] for word in self.kind.words]) * 200
-        noise = np.random.default_rng(seed).integers(0, 50, (3, 4, 3))
-        return Image((rows[:, None, None] + noise).astype(np.uint8))
-
-
-class Humming(Drawing):
-    """A signal whose samples are its scores, and noise."""
-
-    def generate(self, condition, *, seconds=None, seed):
-        check_condition(condition, needs=("words",), takes=("vibration",))
-        self.asked.append(condition)
-        rows = np.array([condition["words"][word] for word in self.kind.words])
-        return Signal(
-            (rows + np.random.default_rng(seed).random(3)).astype(np.float32), 100.0, "1", ("drive",)
-        )
-
-    def selection_for(self, condition, seed):
-        return {"cluster": 2, "plate": "plate01"}
-
-
-class Judge(Model):
-    """Says 6 of 7 of everything."""
-
-    step = None
-
-    def predict(self, given):
-        return dict.fromkeys(WORDS, 6.0)
-
-
-def run(name, model, kind, gives, takes=(), needs=("words",), simulated=True):
-    return LoadedRun(
-        SimpleNamespace(name=name, folder=f"runs/{name}", data={"run_id": f"{name}-id"}),
-        SimpleNamespace(
-            name=f"{name}_model",
-            task="prediction" if gives == "scores" else "generation",
-            gives=gives,
-            needs=needs,
-            conditions=(*needs, *takes),
-        ),
-        SimpleNamespace(
-            prepare=SimpleNamespace(model_copy=lambda update: SimpleNamespace(apply=lambda x: x))
-        ),
-        kind,
-        model,
-    )
-
-
-def pictures(items=None):
-    items = {"image1": [0.0, 0.5, 1.0], "image2": [0.5, 0.5, 0.0]} if items is None else items
-    kind = ImageKind(WORDS, (0.0, 1.0), tuple(items), simulated=True)
-    return run("sight", Drawing(kind, {k: np.array(v) for k, v in items.items()}), kind, "image")
-
-
-def vibrations(words=WORDS):
-    kind = SignalKind(100.0, "1", ("drive",), ("plate01",), True, words=words, scale=(1.0, 7.0))
-    means = {"plate01": np.array([1.0, 0.0, 0.5])}
-    return run("touch", Humming(kind, means), kind, "signal", takes=("vibration",))
-
-
-def rater(kind=None):
-    kind = kind or SignalKind(100.0, "1", ("drive",), (), True, words=WORDS, scale=(1.0, 7.0))
-    return run("judge", Judge(None, kind), kind, "scores", needs=())
-
-
-def test_missing_words_are_asked_for_by_name():
-    with pytest.raises(ParameterError, match="scores are missing for sleek, sticky: give them in `words`"):
-        ask([pictures()], {"rough": 6})
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ({"rough": 8}, "rough must be 1 to 7, the raters' scale; got 8"),
-        ({"rough": float("nan")}, "rough must be 1 to 7"),
-        ({"sour": 2}, "words must be of rough, sleek, sticky, got 'sour'"),
-    ],
-)
-def test_words_off_the_scale_or_unknown_are_refused(words, message):
-    with pytest.raises(ParameterError, match=message):
-        ask([pictures()], words, rest="mean")
-
-
-def test_the_rest_is_the_mean_of_the_first_run_that_knows_items():
-    """Of plate01 alone: 7, 1, 4 on the 7-point scale."""
-    asked = ask([vibrations(), pictures()], {"rough": 2}, rest="mean")
-    assert asked.scores == {"rough": 2.0, "sleek": 1.0, "sticky": 4.0}
-    assert asked.filled_from == "mean over the 1 rated items of touch (simulated raters)"
-    other = ask([pictures(), vibrations()], {"rough": 2}, rest="mean")
-    assert other.scores == pytest.approx({"rough": 2.0, "sleek": 4.0, "sticky": 4.0})
-    without = ask([pictures({}), vibrations()], rest="mean")
-    assert without.scores["rough"] == 7.0
-
-
-def test_like_takes_measured_means_and_words_go_before_them():
-    asked = ask([vibrations(), pictures()], {"sleek": 3}, like="image1")
-    assert asked.scores == pytest.approx({"rough": 1.0, "sleek": 3.0, "sticky": 7.0})
-    assert dict(asked.given) == {"sleek": 3.0}
-    with pytest.raises(ParameterError, match="like must be one of plate01, image1, image2; got 'plate99'"):
-        ask([vibrations(), pictures()], like="plate99")
-
-
-def test_one_scale_for_both_the_share_of_people_for_the_other():
-    """4 of 7 stays 4 where raters had 7 points, and is one half where they said yes or no."""
-    asked = ask([vibrations(), pictures()], {"rough": 4, "sleek": 1, "sticky": 7})
-    assert asked.on_scale_of(vibrations()) == {"rough": 4.0, "sleek": 1.0, "sticky": 7.0}
-    assert asked.on_scale_of(pictures()) == {"rough": 0.5, "sleek": 0.0, "sticky": 1.0}
-
-
-def test_items_that_nobody_rated_in_a_word_are_no_means():
-    assert rated_means(pictures({"image1": [np.nan, 0, 0]})) == {}
 
 
 def test_a_pair_comes_from_the_same_scores_by_seed(tmp_path):
@@ -233,30 +102,6 @@ def test_what_makes_no_pair_is_refused_and_nothing_written(tmp_path, runs, out, 
 
 
 @pytest.fixture(scope="module")
-def image_run(tmp_path_factory):
-    """A trained, tiny generator of images; simulated."""
-    folder = tmp_path_factory.mktemp("images")
-    rng = np.random.default_rng(0)
-    items = [f"image{n}" for n in range(8)]
-    rows = [
-        (rater, item, word, float(rng.integers(0, 2))) for rater in "ab" for item in items for word in WORDS
-    ]
-    columns = [list(column) for column in zip(*rows, strict=True)]
-    shown = [(item, Image(rng.integers(0, 256, (20, 20, 3), np.uint8))) for item in items]
-    create_store(
-        folder / "store",
-        [],
-        name="images",
-        licence="-",
-        simulated=True,
-        ratings=Ratings(*columns[:3], np.array(columns[3]), EVOKED),
-        photographs=shown,
-    )
-    done = train("tactile_image_cgan", folder / "store", recipe="tiny", out=folder / "run", accelerator="cpu")
-    return done.folder
-
-
-@pytest.fixture(scope="module")
 def flow_run(image_run):
     store = load_run(image_run).run.data["path"]
     return train(
@@ -324,13 +169,6 @@ def test_signals_come_back_as_they_were_made(tmp_path):
     np.testing.assert_array_equal(read_signal(tmp_path / "x.wav").samples, signal.samples)
 
 
-@pytest.mark.parametrize("name", ["ざらざらする", "Rough", "rough (Zarazara-suru)"])
-def test_words_of_the_studies_go_by_any_of_their_spellings(name):
-    assert ask([pictures()], {name: 6}, rest="mean").given == {"rough": 6.0}
-    with pytest.raises(ParameterError, match="words name 'rough' twice"):
-        ask([pictures()], {name: 6, "rough": 5} if name != "Rough" else {"rough": 5, name: 6}, rest="mean")
-
-
 @pytest.mark.parametrize("out", ["x.jpg", "x.mp3", "file", "file/pair"])
 def test_no_folder_is_made_of_what_looks_like_a_file(tmp_path, out):
     (tmp_path / "file").write_text("taken")
@@ -343,48 +181,3 @@ def test_a_length_is_not_for_images_alone(tmp_path):
     with pytest.raises(ParameterError, match="`seconds` is for signals"):
         generate_from_words([pictures()], tmp_path / "x", rest="mean", seconds=2.0)
     generate_from_words([vibrations(), pictures()], tmp_path / "pair", rest="mean", seconds=2.0)
-
-
-@pytest.fixture(scope="module")
-def image_rater(image_run):
-    store = load_run(image_run).run.data["path"]
-    return train(
-        "rater", store, recipe="tiny", out=image_run.parent / "rater", accelerator="cpu"
-    ).folder  # fmt: skip
-
-
-def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
-    image_run, image_rater, tmp_path, capsys
-):
-    run = tmp_path / "run"
-    shutil.copytree(image_run, run)
-    assert main(["evaluate", str(run)]) == 0
-    said = capsys.readouterr().out
-    assert "collapsed: one image for all labels and noises" in said
-    assert "give --rater RUN" in said
-    assert main(["evaluate", str(run), "--rater", str(image_rater), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    model = load_run(run).model
-    assert found["spread"]["noise_spread"] == pytest.approx(model.image_spread().by_noise, rel=1e-5)
-    assert found["told_by"] == "a rater model of simulated raters"
-    assert abs(found["following"]["slope"]) < 0.1, "after 4 updates it cannot look at its label"
-    assert "trained on" in found["data"]["split"], "fewer than 3 were kept for testing"
-    assert (run / "evaluation.json").is_file()
-    assert "simulated" in (run / "report.html").read_text(encoding="utf-8")
-
-
-def test_what_does_not_judge_images_is_refused_in_a_line(image_run, image_rater):
-    with pytest.raises(ParameterError, match="evaluated on the ratings of its own data; omit `data`"):
-        evaluate(image_run, data=load_run(image_run).run.data["path"])
-    with pytest.raises(ParameterError, match="`unknown` is for models that classify materials"):
-        evaluate(image_run, unknown=True)
-    with pytest.raises(ParameterError, match="tactile_image_cgan is not a predictor of scores"):
-        evaluate(image_run, rater=image_run)
-    with pytest.raises(ParameterError, match="`rater` scores generators conditioned on words; rater is none"):
-        evaluate(image_rater, rater=image_rater)
-    with pytest.raises(ParameterError, match="crossval is for classifiers and predictors of ratings"):
-        crossval("tactile_image_cgan", image_run)
-    with pytest.raises(
-        ParameterError, match="mixes are of materials; tactile_image_cgan is conditioned on words"
-    ):
-        mixing_ladder(image_run, "a", "b", out=image_run.parent / "ladder")

@@ -6,10 +6,13 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DeviceError, ParameterError
-from tactogram.rendering.transducer.circuit import PRESETS
+from tactogram.rendering.transducer.circuit import PRESETS, Transducer
+from tactogram.rendering.transducer.resonance_tracking import TrackingError
+from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedBench
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.workflows.rendering.actuators import calibrate, play, transducer
+from tactogram.workflows.rendering import carrier_tracking
+from tactogram.workflows.rendering.actuators import calibrate, play, track, transducer
 from tactogram.workflows.rendering.render import render
 
 
@@ -42,12 +45,6 @@ def test_a_table_becomes_a_calibration_per_person(tmp_path):
     assert result["spread"] == pytest.approx(2, rel=0.1)
     assert result["people"]["anna"]["settings"]["newton_per_v2"] == pytest.approx(2e-5, rel=0.05)
     assert (tmp_path / "c.toml").read_text().count("[[calibration]]") == 2
-
-
-def test_the_command_line_says_whether_the_square_law_holds(tmp_path, run):
-    done = run("calibrate", write_pairs(tmp_path / "pairs.csv"), "--out", tmp_path / "c.toml")
-    assert done.returncode == 0, done.stderr
-    assert "not contradicted" in done.stdout
 
 
 @pytest.fixture(name="friction")
@@ -112,13 +109,6 @@ def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, c
     assert not (friction / "d.npz").exists()
 
 
-def test_a_person_needs_a_calibration(friction, run):
-    done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
-               "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
-    assert done.returncode == 1
-    assert "--person chooses among the people of --calibration" in done.stderr
-
-
 def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
     (tmp_path / "pairs.csv").write_text("voltage_v_rms,friction,normal_force_n\n0,0.3,1\n")
     with pytest.raises(ParameterError, match="needs 6 pairs"):
@@ -139,17 +129,6 @@ def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
     assert json.loads(run("transducer", tmp_path / "sweep.csv", "--json").stdout)["q"] == pytest.approx(
         found["q"]
     )
-
-
-def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, run):
-    f = np.linspace(27_400, 29_000, 81)
-    y = PRESETS["finger"].admittance(f)
-    for name, unit in (("hz", 1), ("khz", 1000)):
-        lines = [f"{a / unit},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
-        text = "frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines)
-        (tmp_path / f"{name}.csv").write_text(text)
-    assert "resonance_hz: 28200\n" in run("transducer", tmp_path / "hz.csv").stdout
-    assert "are they in kHz?" in run("transducer", tmp_path / "khz.csv").stderr
 
 
 class SimulatedDevice:
@@ -241,3 +220,80 @@ def test_without_a_device_it_is_one_line(drive, run):
     done = run("play", drive, "--display", "ultrasonic-envelope")
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
+
+
+class Device(SimulatedBench):
+    """A generator whose inputs see a simulated transducer, opened and closed as a real one is."""
+
+    opened_device = ("device", "module")
+
+    def __init__(self, transducer):
+        super().__init__(BenchSettings(), transducer=transducer, rng=np.random.default_rng(0))
+        self.held, self.closed = [], False
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self.closed = True
+
+    def hold(self, amplitude_v, *, longest_s):
+        self.held.append((amplitude_v, longest_s))
+
+
+@pytest.mark.parametrize("resonance_hz", [28_200.0, 45_000.0])
+def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_hz, tmp_path, monkeypatch):
+    device, wanted = Device(Transducer(resonance_hz=resonance_hz, q=100, r1_ohm=300.0)), []
+    monkeypatch.setattr(carrier_tracking, "DigilentRecorder", lambda *opened, name: device)
+
+    def follow():
+        return track(
+            display="ultrasonic-envelope",
+            generator="digilent:7",
+            steps=5,
+            share=0.5,
+            amps_per_volt=0.1,
+            out=tmp_path / "log.csv",
+            opened=lambda one: wanted.append(one) or device,
+        )
+
+    if resonance_hz < 30_000:
+        found = follow()
+        assert (found["simulated"], found["steps"]) == (False, 5)
+        assert found["carrier_hz"] == pytest.approx(28_200, abs=5)
+    else:
+        with pytest.raises(TrackingError, match="no lock"):
+            follow()
+    assert (wanted[0].serial, wanted[0].peak_v) == ("7", pytest.approx(1.1))
+    [(volts, longest_s)] = device.held
+    assert volts == pytest.approx(0.55)
+    assert 10 < longest_s < 120
+    assert device.closed
+    assert (tmp_path / "log.csv").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"generator": "voice"}, "generator must be digilent"),
+        ({"share": 1.5}, "share must be"),
+        ({"steps": 0}, "steps must be"),
+        ({"seed": -1}, "seed must be"),
+        ({"out": "track.wav"}, "suffix must be .csv"),
+        ({"out": "/dev/null/track.csv"}, "cannot be written"),
+        ({"generator": "digilent"}, "amps_per_volt must be known"),
+        ({"display": "ultrasonic"}, "makes the carrier"),
+        ({"changes": {"velocity.x": 1}}, "must be a key of tracking"),
+        ({"changes": {"bench.rate": 20_000}}, "20000 samples/s are too few"),
+    ],
+)
+def test_what_does_not_fit_is_refused_in_one_line(options, says):
+    with pytest.raises(ParameterError, match=says):
+        track(**({"display": "ultrasonic-envelope"} | options))
+
+
+def test_a_person_needs_a_calibration(friction, run):
+    done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
+               "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
+    assert done.returncode == 1
+    assert "--person chooses among the people of --calibration" in done.stderr

@@ -26,18 +26,6 @@ def said(capsys, *arguments):
     return json.loads(capsys.readouterr().out)
 
 
-def test_displays_are_listed_and_shown(capsys, tmp_path):
-    listed = said(capsys, "displays")
-    assert listed["voice-coil"]["family"] == "linear"
-    assert "path" not in listed
-    shown = said(capsys, "displays", "voice-coil", "--set", "limit=2.5")
-    assert shown["limit"] == 2.5
-    assert shown["levels"] == ["physical", "sensation", "gain", "peak"]
-    assert said(capsys, "displays", "audio")["levels"] == ["gain", "peak"]
-    assert main(["displays"]) == 0
-    assert "string-tablet" in capsys.readouterr().out
-
-
 def test_a_drive_is_written_with_its_report(capsys, tmp_path, recording):
     out = tmp_path / "drive.wav"
     result = said(

@@ -1,33 +1,29 @@
-import json
 import os
 import re
 import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import replace
+import tempfile
 
 import numpy as np
 import pytest
 
-import tactogram.workflows.evaluation.classifier_crossval as crossval_module
 from tactogram.cli import main
-from tactogram.datasets import Split, add_recordings, create_store, open_store
+from tactogram.datasets import Split, create_store
 from tactogram.datasets.store.pending import part_folder
-from tactogram.errors import LeakError, ParameterError, RunError, StoppedError
-from tactogram.signal.io import read_metadata, read_signal, write_signal
+from tactogram.errors import ParameterError, RunError, StoppedError
+from tactogram.signal.io import write_signal
 from tactogram.training import load_state
-from tactogram.training.loop import run_training
+from tactogram.training.run import Run
 from tactogram.workflows.data.stores import add_signal
-from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.evaluation.evaluate import evaluate
-from tactogram.workflows.generation.generate import generate, generate_files
+from tactogram.workflows.generation.generate import generate
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.execution import resume
 from tactogram.workflows.training.hub_folder import export_run, import_run
 from tactogram.workflows.training.loaded_run import load_run
-from tactogram.workflows.training.plan import select
 from tactogram.workflows.training.train import train
 
 
@@ -60,83 +56,6 @@ def test_a_training_that_was_asked_to_stop_goes_on_to_the_same_weights(run, stor
         assert (out / name).read_bytes() == (run.folder / name).read_bytes()
 
 
-def test_a_loaded_run_says_what_the_trained_one_said(run, texture):
-    one, two = load_run(run.folder), load_run(run.folder)
-    prepared = one.prepare(texture("cork", 99))
-    np.testing.assert_array_equal(one.model.probabilities(prepared), two.model.probabilities(prepared))
-
-
-def test_it_names_and_finds_what_it_was_trained_on(run, texture):
-    for material in ("cork", "foam", "tile"):
-        said = classify(run.folder, texture(material, 77))
-        assert said["material"] == material
-        assert sum(said["probabilities"].values()) == pytest.approx(1)
-        assert search(run.folder, texture(material, 77))["nearest"][0]["material"] == material
-
-
-def test_evaluation_names_split_and_floor(run):
-    figures = evaluate(run.folder, unknown=True)
-    assert figures["recording_accuracy"] >= 0.8
-    assert figures["recordings"] == 6
-    assert figures["none_of_these"]["unknown"] == 10
-    assert figures["none_of_these"]["unknown_materials"] == ["wool"]
-    assert 0 <= figures["none_of_these"]["auroc"] <= 1
-    assert figures["data"]["simulated"] is True
-    page = (run.folder / "report.html").read_text()
-    assert "Simulated data" in page
-    assert json.loads((run.folder / "evaluation.json").read_text()) == figures
-
-
-def test_other_data_is_matched_by_name_and_what_was_trained_on_is_refused(run, store, tmp_path, recordings):
-    create_store(
-        tmp_path / "new", recordings(("tile", "cork"), 2, first=50), name="new", licence="-", simulated=True
-    )
-    figures = evaluate(run.folder, data=tmp_path / "new")
-    assert figures["recordings"] == 4
-    with pytest.raises(LeakError, match="of its 40 recordings were trained on"):
-        evaluate(run.folder, data=store)
-
-
-def test_search_in_another_store(run, store, texture):
-    found = search(run.folder, texture("wool", 5), data=store, count=3)
-    assert found["nearest"][0]["material"] == "wool"
-    assert len(found["nearest"]) == 3
-    again = search(run.folder, texture("wool", 5), data=store, count=3)
-    assert again == found
-
-
-def test_folds_are_by_recording_and_cover_everything(store, tmp_path, tiny):
-    options = {"folds": 2, "recipe": "tiny", "changes": tiny, "accelerator": "cpu"}
-    figures = crossval("stroke_cnn", store, out=tmp_path / "cv", processes=1, **options)
-    assert figures["recordings"] == 40
-    assert figures["split"] == "2 folds by recording"
-    assert len(figures["per_fold"]) == 2
-    assert figures["recording_accuracy"] > 0.7
-    assert {f.name for f in (tmp_path / "cv").iterdir()} == {"crossval.json", "confusion.png", "report.html"}
-
-
-def test_a_cross_validation_that_was_stopped_goes_on_after_its_finished_folds(
-    store, tmp_path, tiny, monkeypatch
-):
-    options = {"folds": 3, "recipe": "tiny", "changes": tiny, "accelerator": "cpu", "processes": 1}
-    whole = crossval("stroke_cnn", store, out=tmp_path / "whole", **options)
-    trained = []
-
-    def training(*args, task, **more):
-        trained.append(task)
-        if len(trained) == 2:
-            raise KeyboardInterrupt
-        run_training(*args, task=task, **more)
-
-    monkeypatch.setattr(crossval_module, "run_training", training)
-    with pytest.raises(KeyboardInterrupt):
-        crossval("stroke_cnn", store, out=tmp_path / "cv", **options)
-    again = crossval("stroke_cnn", store, out=tmp_path / "cv", **options)
-    assert trained == ["fold 1/3 ", "fold 2/3 ", "fold 2/3 ", "fold 3/3 "]
-    assert again | {"report": ""} == whole | {"report": ""}
-    assert not (tmp_path / "cv" / "folds").exists()
-
-
 def test_one_recording_per_material_is_trained_with_the_split_that_is_advised(
     tmp_path, recordings, tiny, capsys
 ):
@@ -151,51 +70,6 @@ def test_one_recording_per_material_is_trained_with_the_split_that_is_advised(
     assert all(segment.stop_s == pytest.approx(2.4 - parts.gap_s) for segment in parts.train)
     assert main([*words, "--out", str(tmp_path / "no"), *advised.split(), "--set", "config.window=2000"]) == 1
     assert "5 blocks of a recording need at least" in capsys.readouterr().err
-
-
-def test_fewer_recordings_than_folds_are_cut_into_blocks(tmp_path, recordings, tiny):
-    create_store(tmp_path / "s", recordings(("cork", "tile"), 2), name="s", licence="-", simulated=True)
-    options = {"recipe": "tiny", "changes": tiny, "accelerator": "cpu", "out": tmp_path / "cv"}
-    figures = crossval("stroke_cnn", tmp_path / "s", folds=5, only_folds=1, **options)
-    assert figures["split"].startswith("5 contiguous blocks of each recording, 0.097 s (one window) left out")
-    assert figures["split"].endswith("only 1 of the 5 folds were run")
-    with pytest.raises(ParameterError, match="50 blocks of a recording .* cork has 2 of the 50 recordings"):
-        crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
-    add_recordings(open_store(tmp_path / "s"), recordings(("wool",), 1))
-    with pytest.raises(
-        ParameterError, match="; wool has 1 of .* need: record more of it, or exclude it with `where`"
-    ):
-        crossval("stroke_cnn", tmp_path / "s", folds=50, **options)
-
-
-def test_last_recordings_test(store, tmp_path, tiny):
-    figures = crossval(
-        "stroke_cnn",
-        store,
-        split="last=3",
-        label="material+contactor",
-        where={"speed_mm_s": "100"},
-        recipe="tiny",
-        changes=tiny,
-        out=tmp_path / "cv",
-        accelerator="cpu",
-    )
-    assert figures["recordings"] == 12
-    assert "cork-finger" in figures["materials"]
-
-
-def test_select_by_fields_and_labels(store):
-    from tactogram.datasets import open_store
-
-    index = open_store(store).index
-    assert len(select(index, {"speed_mm_s": "100.0", "material": "cork|tile"})) == 10
-    assert len(select(index, {"material": "!cork|tile"})) == 20
-    assert len(select(index, {"recording": "3"})) == 4
-    nameless = replace(index[0], material=None)
-    assert select([*index, nameless], {"material": ""}) == [nameless]
-    assert select([*index, nameless], {"material": "!"}) == list(index)
-    with pytest.raises(ParameterError, match="no recording has material=glass"):
-        select(index, {"material": "glass"})
 
 
 def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tiny, capsys, until):
@@ -259,52 +133,6 @@ def voice(store, tmp_path_factory, tiny):
     return load_run(train("ar_texture", store, recipe="tiny", out=out, accelerator="cpu").folder)
 
 
-def test_generated_files_say_what_they_are(voice, tmp_path):
-    written = generate_files(
-        voice, {"material": {"cork": 0.5, "tile": 0.5}}, tmp_path / "x.wav", seconds=2, count=2
-    )
-    assert [row["seconds"] for row in written] == [2.0, 2.0]
-    first = read_signal(tmp_path / "x-1.wav")
-    assert (first.rate, first.unit, first.axes) == (330.0, "m/s^2", ("x", "y", "z"))
-    said = read_metadata(tmp_path / "x-1.wav")
-    assert said["simulated"] is True
-    assert written[0]["simulated"] is True
-    assert said["material"] == {"cork": 0.5, "tile": 0.5}
-    assert (first.samples != read_signal(tmp_path / "x-2.wav").samples).any()
-    again = next(generate(voice, {"material": {"cork": 0.5, "tile": 0.5}}, seconds=2))
-    np.testing.assert_array_equal(again.samples, first.samples)
-
-
-@pytest.mark.parametrize(
-    ("condition", "options", "message"),
-    [
-        ({"material": "glass"}, {}, "material must be one of cork, foam, tile, wool, got 'glass'"),
-        ({"material": {"cork": 0.0}}, {}, "at least one material needs a weight > 0"),
-        ({"material": "cork"}, {"seconds": 36_000.0}, "seconds must be > 0 and at most 3600, got 36000"),
-        ({"material": "cork"}, {"count": 0}, "count must be at least 1"),
-        (
-            {"material": "cork"},
-            {"count": 10**11},
-            "count must be at least 1 and at most 100000, got 100000000000",
-        ),
-        ({"material": "cork", "words": {"rough": 1.0}}, {}, "condition 'words' is not one this model takes"),
-    ],
-)
-def test_conditions_that_mean_nothing_are_refused(voice, condition, options, message):
-    with pytest.raises(ParameterError, match=message):
-        next(generate(voice, condition, **options))
-
-
-def test_a_file_that_cannot_hold_a_signal_is_refused_before_one_is_made(voice, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "tactogram.workflows.generation.generate.generate",
-        lambda *_, **__: pytest.fail("generated all the same"),
-    )
-    for name, got in (("x.mp3", ".mp3"), ("x.png", ".png"), ("x", "none")):
-        with pytest.raises(ParameterError, match=rf"suffix must be one of \.wav, .*, got {got}"):
-            generate_files(voice, {"material": "cork"}, tmp_path / name)
-
-
 def test_an_array_cannot_be_classified_or_searched_without_its_rate_and_unit(run):
     for job in (classify, search):
         with pytest.raises(
@@ -354,3 +182,100 @@ def test_the_updates_of_a_gan_are_said_before_its_first_step(store, tmp_path):
     place = shown.index(("plan", "updates in all: critic 4, generator 8"))
     assert "train" not in [task for task, _ in shown[:place]]
     assert run.facts()["notes"] == ["updates in all: critic 4, generator 8"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"accelerator": "nothing"}, "accelerator nothing"),
+        ({"devices": 0}, "devices must be >= 1, got 0"),
+        ({"where": {"material": "cork"}}, "at least 2 materials"),
+        ({"changes": {"prepare.axes": ["q"]}}, "axis must be one of x, y, z"),
+        ({"changes": {"prepare.axes": []}}, "prepare.axes.*at least 1 item"),
+        ({"changes": {"prepare.rate": 1e12}}, "prepare.rate.*must be less than or equal to 1000000"),
+        (
+            {"changes": {"config.steps": 10**19}},
+            "config of stroke_cnn: steps: must be at most 10000000, got 1000",
+        ),
+        ({"changes": {"config.filters": [10**10, 8]}}, "filters: must be at most 10000000"),
+        ({"changes": {"config.window": 5000}}, "a window needs 5000"),
+        ({"changes": {"config.pool": 64}}, "too short for these filters"),
+        ({"changes": {"config.filters": [0, 8]}}, "filters.0"),
+        ({"changes": {"config.filters": []}}, "filters"),
+        ({"changes": {"config.batch_size": 1}}, "batch_size"),
+        ({"changes": {"config.learning_rate": float("inf")}}, "learning_rate"),
+        ({"split": "last=50"}, "must have more than 50 recordings, got 10"),
+        ({"split": "last=-1"}, "needs a number of recordings"),
+        ({"split": "last=2", "by": "session"}, "cannot keep sessions together"),
+    ],
+)
+def test_a_training_that_cannot_begin_leaves_nothing(options, message, store, tmp_path):
+    with pytest.raises(ParameterError, match=message) as raised:
+        train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", **{"accelerator": "cpu", **options})
+    assert "\n" not in str(raised.value)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_network_larger_than_memory_is_refused(store, tmp_path, monkeypatch):
+    monkeypatch.setattr("torch.nn.Linear.reset_parameters", lambda layer: None)  # which takes a minute first
+    changes = {"config.dense": [10**7, 10**7]}
+    with pytest.raises(ParameterError, match="model stroke_cnn needs more memory than there is"):
+        train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", changes=changes, accelerator="cpu")
+    assert not (tmp_path / "run").exists()
+
+
+def test_settings_that_are_refused_leave_no_prepared_folder(store, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    with pytest.raises(ParameterError, match="axis must be one of x, y, z"):
+        train("stroke_cnn", store, recipe="tiny", out=tmp_path / "run", changes={"prepare.axes": ["q"]})
+    assert list(tmp_path.glob("tactogram-prepared-*")) == []
+
+
+def test_a_training_that_fails_in_its_first_step_leaves_nothing(store, tmp_path, monkeypatch):
+    options = {"recipe": "tiny", "out": tmp_path / "run", "accelerator": "cpu"}
+
+    def failed(*args, **kwargs):
+        raise MemoryError("unable to allocate 74 GiB")
+
+    monkeypatch.setattr("tactogram.training.loop.fit", failed)
+    with pytest.raises(
+        ParameterError, match=r"stroke_cnn needs more memory than there is \(unable to allocate"
+    ):
+        train("stroke_cnn", store, **options)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_run_keeps_every_value_of_its_model(run):
+    assert run.recipe.config["hop"] == 0.5
+    assert run.recipe.config["steps"] == 60
+
+
+def test_a_run_counts_as_finished_only_when_it_can_be_searched(store, tmp_path, monkeypatch, texture):
+    made = {}
+
+    def killed(self, *args, **kwargs):
+        made["index"] = (self.folder / "search.json").is_file()
+        raise KeyboardInterrupt
+
+    options = {"recipe": "tiny", "out": tmp_path / "run", "accelerator": "cpu"}
+    monkeypatch.setattr(Run, "finish", killed)
+    with pytest.raises(KeyboardInterrupt):
+        train("stroke_cnn", store, **options)
+    monkeypatch.undo()
+    assert made["index"]
+    assert not Run.open(tmp_path / "run").finished
+    finished = train("stroke_cnn", store, resume=True, **options)
+    assert classify(finished.folder, texture("cork", 5))["none_of_these"] in (True, False)
+
+
+def test_a_run_has_its_split_as_soon_as_it_is_one(store, tmp_path, monkeypatch):
+    def killed(*args, **kwargs):
+        raise KeyboardInterrupt
+
+    options = {"recipe": "tiny", "out": tmp_path / "run", "accelerator": "cpu"}
+    monkeypatch.setattr(Run, "create", killed)
+    with pytest.raises(KeyboardInterrupt):
+        train("stroke_cnn", store, **options)
+    monkeypatch.undo()
+    assert not (tmp_path / "run" / "recipe.toml").exists()
+    assert train("stroke_cnn", store, **options).finished

@@ -1,17 +1,15 @@
 """The experiments of the stroking GAN with a model that needs no training, on made-up strokes."""
 
 import json
-import shutil
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from tactogram.datasets import Recording, create_store, open_store
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.datasets import Recording, create_store
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram_benchmark.experiments import stroke_gan_figures, stroke_gan_mixing
-from tactogram_benchmark.experiments.artifacts import IN_RECORDINGS, materials_of, spread
 from tactogram_benchmark.experiments.catalogue import reproduce
 from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN
 
@@ -46,27 +44,6 @@ def test_the_textures_are_those_of_the_simulated_set():
     assert set(MATERIALS) == names
     assert {name for three in stroke_gan_figures.FIGURES.values() for name in three} == names
     assert stroke_gan_mixing.ADDED_TO in names
-
-
-def test_figures_show_recordings_beside_what_is_generated(folder, monkeypatch):
-    monkeypatch.setattr(stroke_gan_figures, "FIGURES", {"figure-7": ("carpet",)})  # drawing all takes seconds
-    found = reproduce(
-        "stroke_gan_figures", out=folder, options={"model": "ar_texture", "recipes": "quick,tiny"}
-    )
-    training = "ar_texture-quick"
-    assert set(found["figures"]) == {
-        f"ar_texture-{r}-figure-7-{s}" for r in ("quick", "tiny") for s in ("0-1", "dB")
-    }
-    assert (folder / f"{training}-figure-7-dB.png").is_file()
-    distances = found["trainings"][training]["distances_db"]
-    assert set(distances) == set(MATERIALS)
-    for name, distance in distances.items():
-        assert distance < found["ceiling_db"][name]
-    nearest = found["trainings"][training]["nearest"]
-    assert sum(one == other for one, other in nearest.items()) >= 7  # two are alike
-    assert found["header"]["data"][0]["name"] == "made up"
-    assert found["simulated"] is True
-    assert "simulated" in found["text"].lower()
 
 
 @pytest.mark.slow
@@ -105,40 +82,6 @@ def test_an_unknown_option_is_refused_before_anything_is_made(tmp_path):
     with pytest.raises(ParameterError, match="option of .* must be one of data, model, .* got 'seed'"):
         reproduce("stroke_gan_figures", out=tmp_path / "x", options={"seed": 1})
     assert not (tmp_path / "x").exists()
-
-
-def test_what_is_not_known_is_not_averaged():
-    found = spread([0.2, None, 0.4])
-    assert found["mean"] == pytest.approx(0.3)
-    assert (found["known"], found["values"]) == (2, [0.2, None, 0.4])
-    assert spread([None]) == {"mean": None, "sd": None, "known": 0, "values": [None]}
-
-
-def test_the_nine_textures_are_found_by_the_names_of_the_recordings(tmp_path):
-    def strokes(names):
-        for place, name in enumerate(names):
-            signal = Signal(np.full((3, 10), place), 1000, "m/s^2")
-            yield Recording(streams={"acceleration": signal}, material=name, source=name, simulated=True)
-
-    def store(names, place):
-        create_store(tmp_path / place, strokes(names), name="s", licence="-", simulated=True)
-        return open_store(tmp_path / place)
-
-    names = sorted(IN_RECORDINGS.values())
-    assert materials_of(store(names, "all")) == IN_RECORDINGS
-    with pytest.raises(DataError, match="found none called tile or GreenTile"):
-        materials_of(store([name for name in names if name != "GreenTile"], "some"))
-
-
-@pytest.mark.slow
-def test_independent_trainings_run_on_workers(folder, monkeypatch):
-    monkeypatch.setattr(stroke_gan_figures, "FIGURES", {"figure-7": ("carpet",)})
-    options = {"model": "ar_texture", "recipes": "quick,tiny"}
-    workers = reproduce("stroke_gan_figures", out=folder, options=options, processes=2)
-    for name in ("ar_texture-quick", "ar_texture-tiny"):
-        shutil.rmtree(folder / name)
-    alone = reproduce("stroke_gan_figures", out=folder, options=options)
-    assert alone["trainings"] == workers["trainings"]
 
 
 def test_an_experiment_without_independent_trainings_refuses_workers(folder):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_capture.cli.live_view import line, panel
+from tactogram_capture.cli.live_view import line
 from tactogram_capture.live.recognition import Classification, Latencies, classify_windows, window_signal
 from tactogram_capture.session.feed import Feed
 
@@ -121,22 +121,3 @@ def test_a_source_of_unknown_rate_is_classified_once_its_rate_is_measured(played
 def test_windows_and_hops_of_zero_are_refused(played):
     with pytest.raises(ParameterError, match="hop"):
         run(played(), hop_s=0.0)
-
-
-def test_the_panel_names_the_most_probable_material_or_none_of_these(played):
-    from rich.console import Console
-
-    def shown(guess):
-        console = Console(width=100, record=True, file=open("/dev/null", "w"))  # noqa: SIM115
-        console.print(panel(guess, Latencies([0.01]), title="played:test", unit="m/s^2"))
-        console.file.close()
-        return console.export_text()
-
-    [known, *_], _ = run(played(packets=40))
-    [odd, *_], _ = run(
-        played(packets=40), listen=lambda _: Classification({"a": 0.9, "b": 0.1}, none_of_these=True)
-    )
-    assert "b" in shown(known).splitlines()[1]
-    assert "none of these" in shown(odd)
-    assert "latency p50 10 ms" in shown(odd)
-    assert "none of these?" in line(odd)

@@ -1,7 +1,6 @@
 """Sessions: accepted takes are in the store, whatever happens, and the session continues where it stopped."""
 
 import io
-import json
 import os
 import resource
 import signal
@@ -22,6 +21,20 @@ from tactogram_capture.session.plan import SessionPlan
 from tactogram_capture.session.session import RecordingSession, session_folder
 from tactogram_capture.session.take import restored
 from tactogram_capture.source import SourceLost
+
+
+def test_the_journal_records_each_event(tmp_path, played):
+    run(tmp_path / "s", played(), answers="b\nr\na\nq\n", log="raw-001.log")
+    with Journal(session_folder(tmp_path / "s", "one")) as journal:
+        assert [entry["event"] for entry in journal.events] == ["begun", "opened", "take", "take", "closed"]
+        redone, accepted = journal.of("take")
+    assert (redone["decision"], accepted["decision"]) == ("redo", "accept")
+    assert (redone["attempt"], accepted["attempt"]) == (1, 2)
+    assert accepted["verdict"]["good"]
+    [recording] = stored(tmp_path / "s")
+    assert recording.labels["log"] == "raw-001.log"
+    assert int(recording.labels["first_index"]) == accepted["first_index"]
+
 
 PLAN = {
     "materials": ["cork", "tile"], "speeds_mm_s": [100, 200], "seconds": 0.5, "countdown_s": 0, "metronome": False,
@@ -203,39 +216,6 @@ def test_a_simulated_device_gets_each_trial(tmp_path, played):
     told = []
     run(tmp_path / "s", played(), on_trial=lambda trial: told.append((trial.material, trial.speed_mm_s)))
     assert told == order()
-
-
-def test_the_journal_records_each_event(tmp_path, played):
-    run(tmp_path / "s", played(), answers="b\nr\na\nq\n", log="raw-001.log")
-    with Journal(session_folder(tmp_path / "s", "one")) as journal:
-        assert [entry["event"] for entry in journal.events] == ["begun", "opened", "take", "take", "closed"]
-        redone, accepted = journal.of("take")
-    assert (redone["decision"], accepted["decision"]) == ("redo", "accept")
-    assert (redone["attempt"], accepted["attempt"]) == (1, 2)
-    assert accepted["verdict"]["good"]
-    [recording] = stored(tmp_path / "s")
-    assert recording.labels["log"] == "raw-001.log"
-    assert int(recording.labels["first_index"]) == accepted["first_index"]
-
-
-def test_an_incomplete_last_line_of_the_journal_is_dropped_and_a_damaged_one_refused(tmp_path):
-    with Journal(tmp_path) as journal:
-        journal.write("begun", {"x": 1})
-    with journal.path.open("a") as file:
-        file.write('{"event": "sk')
-    with Journal(tmp_path) as journal:
-        assert [entry["event"] for entry in journal.events] == ["begun"]
-        journal.write("closed")
-    assert [json.loads(line)["event"] for line in journal.path.read_text().splitlines()] == [
-        "begun",
-        "closed",
-    ]
-    journal.path.write_text("nonsense\n")
-    with pytest.raises(DataError, match="line 1"):
-        Journal(tmp_path).__enter__()
-
-
-# -- killed at any instant ---------------------------------------------------------------------------------
 
 
 class Killer:

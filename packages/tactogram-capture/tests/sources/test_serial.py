@@ -12,17 +12,24 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import open_store
-from tactogram_capture import SourceLost, open_source
-from tactogram_capture.session import feed
+from tactogram_capture import open_source
 from tactogram_capture.stream import csv_source
 from tactogram_capture.stream.byte_source import SerialPort
 
 pytest.importorskip("serial")
+
+
 tty = pytest.importorskip("tty")
 
+
 DOCS = (Path(__file__).parents[4] / "docs/boards.md").read_text(encoding="utf-8")
+
+
 [SKETCH] = re.findall(r"```cpp\n(.*?)```", DOCS, re.DOTALL)
+
+
 HEADING = "t_us,ax_g,ay_g,az_g"
+
 
 ARDUINO = r"""
 #include <cstdint>
@@ -43,6 +50,8 @@ struct {
 } Serial;
 """
 """Of the Arduino core, what the sketch uses."""
+
+
 WIRE = r"""
 struct {
   byte registers[128], at = 0, place = 0;
@@ -63,6 +72,8 @@ struct {
 } Wire;
 """
 """An MPU-6050 that counts."""
+
+
 MAIN = r"""
 int main(int, char **given) {
   now_us = strtoul(given[1], 0, 10);
@@ -207,23 +218,3 @@ def test_session_says_and_stores_what_the_columns_are(boards, port, tmp_path, ca
     assert ("e.g. `--set unit=g/16384`" in capsys.readouterr().err) is not heading
     assert main(["capture-log", log, "--set", "unit=g/16384"]) == 0
     assert "x/y/z in m/s^2 at 250" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("printed", "told"),
-    [
-        (b"", "nothing arrives: is it the board's port"),
-        (
-            bytes(range(128, 256)) * 4,
-            "what arrives is not lines of numbers: is 115200 the baud rate of .*baud=9600'`",
-        ),
-        (b"1,2\n" * 5, "4 lines of numbers do not suffice to tell the columns"),
-    ],
-)
-def test_port_without_samples_says_what_to_do_in_one_line(port, monkeypatch, printed, told):
-    monkeypatch.setattr(feed, "START_S", 0.1)
-    with open_source(f"serial:{port[1]}") as source:
-        os.write(port[0], printed)
-        listening = feed.Feed(source, silence_s=0.1)
-        with pytest.raises(SourceLost, match=rf"^[^\n]*: no samples for 0\.\d s; {told}[^\n]*$"):
-            [listening.poll(0.05) for _ in range(99)]

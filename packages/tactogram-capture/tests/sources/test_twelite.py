@@ -5,11 +5,8 @@ import os
 import numpy as np
 import pytest
 
-from tactogram.errors import DeviceError, ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.io import write_signal
+from tactogram.errors import ParameterError
 from tactogram_capture import Source, SourceEnded, SourceLost, open_source
-from tactogram_capture.stream.byte_source import SerialPort
 from tactogram_capture.twelite.simulator import SimulatedPort, SimulatedReceiver, transmissions
 from tactogram_capture.twelite.source import TRUE_STEP, TweliteSource, serial_number
 
@@ -24,24 +21,6 @@ def drained(source):
                 return blocks
             if block is not None:
                 blocks.append(block)
-
-
-def test_simulated_sensor_at_330_hz_arrives_with_its_losses_in_place():
-    receiver = SimulatedReceiver(seconds=1, loss=0.1, seed=8)
-    source = TweliteSource(SimulatedPort(receiver), name="simulated:twelite", simulated=True)
-    blocks = drained(source)
-    samples = np.concatenate([b.samples for b in blocks], axis=1)
-    sent = list(transmissions(receiver))
-
-    for block, index in zip(blocks, np.cumsum([0, *(len(b) for b in blocks)]), strict=False):
-        assert block.first_index == index
-    for one in sent:
-        piece = samples[:, 10 * one.sequence : 10 * one.sequence + 10]
-        assert np.isnan(piece).all() if not one.data else (piece == one.samples).all()
-    facts = source.facts()
-    assert facts["lost_packets"] == sum(not one.data for one in sent[: samples.shape[1] // 10]) > 0
-    assert facts["simulated"] is True
-    assert facts["rate"]["hz"] == pytest.approx(330, rel=0.02)
 
 
 @pytest.mark.parametrize("form", ["hex", "standard"])
@@ -68,29 +47,6 @@ def test_damaged_bytes_lose_samples_and_never_change_one():
     assert 0 < damaged < 0.25 * len(sent)
     assert sum(source.facts()["rejected"].values()) >= 0.9 * damaged
     assert source.facts()["lost"] <= 10 * damaged
-
-
-def test_a_simulated_sensor_measures_the_given_signal():
-    times = np.arange(990) / 330
-    x = np.stack([2 * np.sin(2 * np.pi * 50 * times), 0 * times, np.full_like(times, 9.81)])
-    receiver = SimulatedReceiver()
-    port = SimulatedPort(receiver, Signal(x.astype(np.float32), 330.0, "m/s^2"), paced=False)
-    source = TweliteSource(port, name="simulated:twelite", simulated=True)
-    samples = np.concatenate([b.samples for b in drained(source)], axis=1)
-
-    # Steps of 4 mg: half of one is 0.02 m/s^2.
-    assert samples == pytest.approx(x, abs=0.0197)
-
-
-def test_a_recording_in_a_file_is_measured_and_one_of_another_kind_refused(tmp_path):
-    x = np.random.default_rng(0).standard_normal((3, 660)).astype(np.float32)
-    write_signal(tmp_path / "felt.csv", Signal(x, 330.0, "m/s^2"))
-    write_signal(tmp_path / "force.csv", Signal(x[:1], 330.0, "N"))
-    blocks = drained(open_source(f"simulated:twelite?file={tmp_path / 'felt.csv'}&paced=false"))
-
-    assert np.concatenate([b.samples for b in blocks], axis=1) == pytest.approx(x, abs=0.0197)
-    with pytest.raises(ParameterError, match=r"3 axes over time in m/s\^2, got 1 in N over time"):
-        open_source(f"simulated:twelite?file={tmp_path / 'force.csv'}")
 
 
 @pytest.fixture(name="pty")
@@ -193,28 +149,6 @@ def test_serial_numbers_are_accepted_as_printed_and_as_sent(text, number):
 def test_an_invalid_serial_number_is_refused(text):
     with pytest.raises(ParameterError, match="7 hex digits"):
         serial_number(text)
-
-
-def test_a_missing_port_is_reported_in_one_line():
-    with pytest.raises(DeviceError, match="/dev/tactogram-none") as caught, SerialPort("/dev/tactogram-none"):
-        pass
-    assert "\n" not in str(caught.value)
-
-
-def test_a_port_that_another_program_reads_is_refused(pty):
-    write, path, _ = pty
-    with SerialPort(path) as port:
-        with pytest.raises(DeviceError, match="exclusively lock"), SerialPort(path):
-            pass
-        write(b"1")
-        assert port.read(1.0) is not None
-
-
-def test_a_port_may_be_a_url_of_pyserial():
-    with SerialPort("loop://") as port:
-        port._port.write(b"12")
-        data, _ = port.read(1.0)
-        assert data in (b"1", b"12")
 
 
 def test_a_receiver_is_a_source():

@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from tactogram.cli import main
 from tactogram.datasets import open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_file
@@ -113,14 +112,3 @@ def test_log_of_a_board_is_read_as_it_is_told(tmp_path):
     assert sensor["rate"] == 1000
     # The last of eleven pieces is 49 samples long.
     assert (len(sensor["signals"]), sensor["short"]) == (10, 1)
-
-
-def test_verbs_print_what_they_found(log, tmp_path, capsys):
-    assert main(["capture-log", str(log), "--out", str(tmp_path / "a.csv"), "--rate", "330"]) == 0
-    text = capsys.readouterr().out
-    assert "take.log, simulated" in text
-    assert "pieces between gaps" in text
-    assert main(["capture-log", str(log), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["sensors"][0]["name"] == "81013C85"
-    assert main(["capture-log", str(tmp_path / "none.log")]) == 1
-    assert capsys.readouterr().err.count("\n") == 1

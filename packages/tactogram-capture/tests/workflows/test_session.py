@@ -2,7 +2,6 @@
 
 import io
 import os
-import re
 import signal
 import sys
 from pathlib import Path
@@ -85,33 +84,6 @@ def test_answers_from_a_script_drive_a_session(tmp_path, plan, store):
     )
     assert (result["accepted"], result["redone"], result["skipped"], result["left"]) == (1, 1, 1, 0)
     assert Path(result["folder"]) == tmp_path / "mine.sessions" / "first"
-
-
-@pytest.mark.parametrize("arguments", [["--list"], ["--list", "--json"]])
-def test_capture_lists_its_plans(arguments, capsys):
-    assert main(["capture", *arguments]) == 0
-    assert "saga-classification" in capsys.readouterr().out
-
-
-@pytest.mark.parametrize(
-    ("arguments", "match"),
-    [
-        (
-            ["capture", "first-try", "--source", "twelite:/dev/no-such-port", "--data", "D", "--yes"],
-            "no-such-port",
-        ),
-        (["capture", "nothing", "--source", "simulated:twelite", "--data", "D"], "no such session plan"),
-        (["capture", "first-try", "--source", "x", "--data", "D", "--yes"], "a source must be one of"),
-        (["live", "no-run", "--source", "simulated:twelite"], "no-run"),
-    ],
-)
-def test_what_is_wrong_is_said_in_a_line(arguments, match, capsys, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert main(arguments) == 1
-    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("tactogram: ")]
-    assert len(said) == 1
-    assert re.search(match, said[0])
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_session_that_is_killed_goes_on(tmp_path, plan, store):

@@ -13,8 +13,6 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
-from tactogram.errors import ParameterError
-from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.electrovibration import friction
 from tactogram.rendering.families.tablet import directions
 from tactogram.rendering.streaming.backends import run_unpaced
@@ -27,11 +25,14 @@ from tactogram.workflows.streaming import session
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
 from tactogram_study.participants.routes import make_participant_app
-from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.workflows import streams
 
 CYCLES_PER_MM = 0.5
+
+
 SLOW, FAST = 100.0, 200.0
+
+
 STROKE_S = 0.5
 
 
@@ -259,14 +260,3 @@ def test_what_cannot_be_streamed_is_told_once_per_touch(tmp_path, opened, person
     assert closed.value.rcvd.code == 1003
     with pytest.raises(InvalidStatus), finger(sessions, "nobody", page["token"]):
         pass
-
-
-def test_a_tracked_carrier_is_locked_before_anybody_touches_the_display():
-    ultrasonic = open_display("ultrasonic-envelope")
-    display = ServerDisplay("digilent:simulated", track={"timing.settle_s": 0.01})
-    display.check(ultrasonic, streams=True)
-    display.lock(ultrasonic)
-    facts = display._trackings["ultrasonic-envelope"].facts()
-    assert facts["locked_hz"] == pytest.approx(PRESETS["plate"].resonance_hz, abs=1)
-    with pytest.raises(ParameterError, match="a Digilent is tracked, got the device null"):
-        ServerDisplay("null", track={}).check(ultrasonic, streams=True)

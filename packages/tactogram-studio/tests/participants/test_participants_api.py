@@ -1,7 +1,6 @@
 import io
 import json
 import shutil
-import stat
 import subprocess
 import sys
 import threading
@@ -16,7 +15,7 @@ from PIL import Image as Pillow
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_signal, write_signal
 from tactogram_study.participants import stimulus_routes
-from tactogram_study.participants.refusals import NOT_STORED, RateLimiter
+from tactogram_study.participants.refusals import NOT_STORED
 from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_study.participants.tickets import load_keys
@@ -223,19 +222,6 @@ def test_guessing_codes_is_slowed_down(tmp_path, opened, person):
     assert person(client, session.join_path).code
 
 
-def test_a_rate_limit_refills_with_time():
-    now = [0.0]
-    limiter = RateLimiter(2, 10.0, clock=lambda: now[0])
-    for _ in range(2):
-        assert limiter.wait_s("a") == 0
-        limiter.spend("a")
-    assert (limiter.wait_s("a"), limiter.wait_s("b")) == (10.0, 0.0)
-    now[0] = 4.0
-    assert limiter.wait_s("a") == pytest.approx(6.0)
-    now[0] = 11.0
-    assert limiter.wait_s("a") == 0
-
-
 def test_a_sound_is_the_drive_and_is_logged_as_played(tmp_path, opened, person):
     _, session, client = opened(tmp_path)
     one = person(client, session.join_path)
@@ -436,28 +422,6 @@ def test_pages_and_their_files_are_served(tmp_path, opened, person):
     assert offered == {"title": {"ja": "小さな研究", "en": "Small"}, "languages": ["ja", "en"], "open": True}
     gone = client.get("/join/nothing-that-was-ever-drawn")
     assert (gone.status_code, "<p class='lead' lang='de'>Diese Seite" in gone.text) == (404, True)
-
-
-def test_keys_are_read_by_their_owner_only(tmp_path):
-    folder = tmp_path / "session"
-    folder.mkdir()
-    keys = load_keys(folder)
-    path = folder / "keys.json"
-    assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    path.chmod(0o644)
-    assert load_keys(folder) == keys
-    assert stat.S_IMODE(path.stat().st_mode) == 0o600
-    assert [found.name for found in folder.iterdir()] == ["keys.json"]
-
-
-@pytest.mark.parametrize(
-    "text",
-    ["", "{", "[]", '{"join": "a"}', '{"join": "short", "secret": "00"}', '{"join": 1, "secret": "x"}'],
-)
-def test_damaged_keys_are_said_to_be(tmp_path, text):
-    (tmp_path / "keys.json").write_text(text)
-    with pytest.raises(DataError, match="keys"):
-        load_keys(tmp_path)
 
 
 def test_a_display_that_no_browser_plays_is_refused_before_anything_is_written(tmp_path, write_study):

@@ -3,7 +3,8 @@ import threading
 
 import pytest
 
-from tactogram_study.participants.tickets import write_secret
+from tactogram.errors import DataError
+from tactogram_study.participants.tickets import load_keys, write_secret
 
 
 def test_a_secret_is_its_owner_s_and_the_first_one_stays_unless_it_is_to_go(tmp_path):
@@ -45,3 +46,25 @@ def test_without_links_it_is_renamed_and_what_fails_leaves_nothing(tmp_path, mon
     with pytest.raises(PermissionError):
         write_secret(tmp_path / "other", b"second")
     assert [one.name for one in tmp_path.iterdir()] == ["secret"]
+
+
+def test_keys_are_read_by_their_owner_only(tmp_path):
+    folder = tmp_path / "session"
+    folder.mkdir()
+    keys = load_keys(folder)
+    path = folder / "keys.json"
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    path.chmod(0o644)
+    assert load_keys(folder) == keys
+    assert stat.S_IMODE(path.stat().st_mode) == 0o600
+    assert [found.name for found in folder.iterdir()] == ["keys.json"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", '{"join": "a"}', '{"join": "short", "secret": "00"}', '{"join": 1, "secret": "x"}'],
+)
+def test_damaged_keys_are_said_to_be(tmp_path, text):
+    (tmp_path / "keys.json").write_text(text)
+    with pytest.raises(DataError, match="keys"):
+        load_keys(tmp_path)

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_study.session import progress as session_standing, store as session_store
+from tactogram_study.session import store as session_store
 from tactogram_study.session.participants import CODE, drawn_code
 from tactogram_study.session.store import SessionStore
 from tactogram_study.simulated_observer import SimulatedEffect
-from tactogram_study.simulated_participants import SimulatedParticipant, simulate, take
+from tactogram_study.simulated_participants import SimulatedParticipant, take
 
 HASH = "0" * 64
 
@@ -175,17 +175,6 @@ def test_who_reads_waits_for_nobody_who_writes_and_sees_what_is_on_the_disk(stor
     assert seen == [("consent", 0, 0), ("consent", 0, 1)]
 
 
-def test_what_is_next_is_computed_once(store, monkeypatch):
-    computed, next_page = [], session_standing.next_page
-    monkeypatch.setattr(session_standing, "next_page", lambda *a: computed.append(a) or next_page(*a))
-    code = store.enrol().code
-    for token in ("consent", "before", "trial-1.1", "trial-2.1"):
-        page = store.page(code)
-        assert page.token == token
-        store.submit(code, token, {one.key: one.question.options[0].value for one in page.questions})
-    assert len(computed) == 5
-
-
 def test_what_another_process_stores_is_seen_at_once(store):
     code = store.enrol("P1").code
     answer(store, code, 3)
@@ -304,21 +293,6 @@ def test_what_was_played_stands_in_the_answer(store):
         store.log_played(code, "trial-1.1", "A", sha256=HASH, level="", display="")
     with pytest.raises(ParameterError, match="has the slots 'A', 'B', 'X', got 'C'"):
         store.log_played(code, "trial-2.1", "C", sha256=HASH, level="", display="")
-
-
-def test_progress_says_where_everybody_stands(store):
-    store.enrol("P1", simulated=True)
-    store.enrol("P2", simulated=True)
-    answer(store, "P2", 4)
-    store.submit("P1", "consent", {"consent": "declined"})
-    simulate(store, 1)
-    store.enrol("P4", simulated=True)
-    assert [(p["status"], p["trials"], p["of"]) for p in store.progress()] == [
-        ("declined", 0, 8),
-        ("active", 2, 8),
-        ("finished", 8, 8),
-        ("not begun", 0, 8),
-    ]
 
 
 @pytest.mark.parametrize("code", ["Hanako", "a b1", "x@y1", "1", "ä12", "P1'; --", "A" * 17 + "1"])

@@ -1,51 +1,17 @@
 import random
 import re
-import shutil
-import sqlite3
-from contextlib import closing
 
 import pytest
 
 from tactogram.cli import main
 from tactogram.errors import DataError, TactogramError
 from tactogram_study.answers import read_answers
-from tactogram_study.session.file import DamagedSessionError
 from tactogram_study.session.store import SessionStore
-from tactogram_study.simulated_participants import simulate
 from tactogram_study.workflows.analysis import analyse_study
 from tactogram_study.workflows.answers import export_study, salvage_session
 from tactogram_study.workflows.sessions import end_session, session_progress
 
 PAGE = 4096
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory, make_study_once):
-    """Return a session of eight simulated participants, and its answers."""
-    folder = tmp_path_factory.mktemp("salvage") / "whole"
-    with SessionStore(folder, make_study_once({"kind": "abx", "repeats": 8})) as store:
-        simulate(store, 8)
-        store.compact()
-        return folder, store.answers()
-
-
-@pytest.fixture
-def damaged(whole, tmp_path):
-    """Return a function that copies the session, and changes the bytes of its file or its tables."""
-
-    def make(change=None, *, statements=()):
-        folder = tmp_path / "pilot"
-        shutil.copytree(whole[0], folder, dirs_exist_ok=True)
-        path = folder / "answers.sqlite"
-        if change is not None:
-            path.write_bytes(change(path.read_bytes()))
-        with closing(sqlite3.connect(path)) as rows:
-            for statement in statements:
-                rows.execute(statement)
-            rows.commit()
-        return folder
-
-    return make
 
 
 def flipped_page(data, number):
@@ -160,17 +126,3 @@ def test_the_command_exports_what_can_be_read_and_reports_what_is_lost(whole, da
     assert "note: at least 1 rows of answers are lost" in capsys.readouterr().err
     assert len(read_answers(tmp_path / "a.csv")) == len(whole[1]) - 1
     assert (tmp_path / "a.study.json").is_file()
-
-
-def test_pages_that_do_not_fit_the_study_are_reported_as_damage(make_study, tmp_path):
-    with SessionStore(tmp_path, make_study("staircase")) as store:
-        simulate(store, 1)
-        store._connection.execute("UPDATE pages SET responses = replace(responses, 'which', 'whicg')")
-        with pytest.raises(DamagedSessionError, match="do not fit the study: KeyError"):
-            store.progress()
-
-
-def test_answers_to_a_damaged_session_are_refused_and_the_error_is_the_files(damaged):
-    folder = damaged(statements=["DROP TABLE device"])
-    with SessionStore(folder) as store, pytest.raises(DamagedSessionError, match="no such table: device"):
-        store.enrol("P99", simulated=True, device={"px_per_mm": 4})

@@ -14,7 +14,6 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_study.session.store import SessionStore
-from tactogram_study.stimuli import StimulusSource
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
 from tactogram_study.workflows.answers import open_answers
@@ -68,31 +67,6 @@ def test_a_level_that_replaces_the_signals_own_is_changed_itself():
         stronger(parse_level("peak=0.5"), signal, 20.0)
 
 
-def test_signal_and_picture_of_a_shipped_study_are_made(tmp_path):
-    study = Study.load("image-words")
-    stimuli = StudyStimuli(study, tmp_path)
-    first = study.all_stimuli[0]
-    played = stimuli.played(PresentedStimulus("", first))
-    assert played.drive.signal.seconds == pytest.approx(1.0, abs=0.01)
-    # peak=0.5 of full scale
-    assert np.abs(played.drive.signal.samples).max() == pytest.approx(0.5, rel=0.01)
-    assert stimuli.image(first).size == (128, 128)
-
-
-def test_a_reconstructed_stimulus_is_its_recording_with_another_phase(study_file, tmp_path):
-    study = Study.load(
-        "reconstruction",
-        changes={"grid.items": ["cloth"], "grid.source.simulated": "", "grid.source.file": "buzz.wav"},
-    )
-    stimuli = StudyStimuli(study, tmp_path)
-    recorded, griffin_lim = (stimuli.signal(one) for one in study.all_stimuli)
-    other = study.all_stimuli[1].model_copy(update={"name": "other", "reconstructed": "phase_gradient"})
-    assert griffin_lim.samples.shape == stimuli.signal(other).samples.shape == recorded.samples.shape
-    levels = [np.sqrt((one.samples**2).mean()) for one in (griffin_lim, recorded)]
-    assert levels[0] == pytest.approx(levels[1], rel=0.3)
-    assert not np.allclose(griffin_lim.samples, stimuli.signal(other).samples, atol=1e-3)
-
-
 def test_a_generated_stimulus_has_its_photograph_as_condition(tmp_path, monkeypatch):
     asked = []
     buzz = Signal(np.ones((1, 100), np.float32), 100.0, "m/s^2")
@@ -134,20 +108,6 @@ def test_stimuli_are_generated_from_words_or_a_stroke_by_the_model_that_comes_tr
     )
     with pytest.raises(ParameterError, match="outside the study's folder"):
         StudyStimuli(outside, tmp_path, within=[tmp_path]).check_places()
-
-
-@pytest.mark.parametrize(
-    "given",
-    [
-        {"run": "r", "reconstructed": "griffin_lim"},
-        {"file": "f", "photograph": "p"},
-        {"file": "f", "vibration": "v"},
-        {"file": "f", "given": {"speed_mm_s": 100.0}},
-    ],
-)
-def test_a_condition_without_its_source_is_refused(given):
-    with pytest.raises(ValueError, match="needs a recording|condition of a run"):
-        StimulusSource(**given)
 
 
 def test_friction_over_displacement_is_drawn_from_its_model_and_follows_the_finger(tmp_path):

@@ -1,59 +1,15 @@
-"""The page that imports a folder: what its lists mean, and a zip from its drop to the store."""
+"""The page that imports a folder: a zip from its drop to the store."""
 
 import base64
 import io
 import zipfile
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.io import savemat
+from laboratory_files import WAVES, lab, labelled
 
 from tactogram.datasets import open_store
-from tactogram.datasets.preview import preview_dataset
-from tactogram.errors import ParameterError
-from tactogram.signal.io import read_file
-from tactogram.signal.io.content import TableLayout
 from tactogram_studio.pages.materials.import_page import safe_store_name
-from tactogram_studio.pages.materials.layout_card import ColumnChoices, by_key, timing_text
-
-T = np.arange(400) / 500
-
-
-WAVES = np.stack([np.sin(2 * np.pi * 60 * T + phase) for phase in range(3)])
-
-
-HEADINGS = ("t", "a", "b", "c", "note")
-
-
-def choices(roles, units=("", "", "", "", ""), **more):
-    return ColumnChoices(HEADINGS, tuple(roles), tuple(units), **more)
-
-
-def write(path, heading, rows, separator=","):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text("\n".join([heading, *(separator.join(row) for row in rows)]))
-
-
-def lab(folder):
-    """Write what a laboratory has: tables of two loggers, a matrix, a film and a broken table."""
-    for take, material in enumerate(("cork", "felt", "felt")):
-        stamps = T + np.random.default_rng(take).normal(0, 1e-4, len(T))
-        rows = [
-            [f"{t:.5f}", *(f"{v:.5f}" for v in x)] for t, x in zip(stamps, WAVES.T * (1 + take), strict=True)
-        ]
-        write(folder / material / f"take_{take}.csv", "Elapsed Time,X-Axis (g),Y-Axis (g),Z-Axis (g)", rows)
-    clock = [f"23:59:{59 + t:06.3f}" if t < 1 else f"00:00:{t - 1:06.3f}" for t in T + 0.5]
-    rows = [
-        [stamp, *(f"{v:.5f}".replace(".", ",") for v in x)]
-        for stamp, x in zip(clock, WAVES[:2].T, strict=True)
-    ]
-    write(folder / "Kork ä" / "Messung.csv", "Uhrzeit;Kanal 1;Kraft", rows, ";")
-    savemat(folder / "cork" / "matrix.mat", {"data": np.column_stack([T, *WAVES])})
-    rows = [["0", "1", "2", "3"], ["0.1", "one", "2", "3"]]
-    write(folder / "felt" / "broken.csv", "Elapsed Time,X-Axis (g),Y-Axis (g),Z-Axis (g)", rows)
-    (folder / "cork" / "film.mp4").write_bytes(b"film")
-    return folder
 
 
 def zip_of(folder):
@@ -62,102 +18,6 @@ def zip_of(folder):
         for path in sorted(folder.rglob("*.*")):
             archive.write(path, path.relative_to(folder.parent))
     return file.getvalue()
-
-
-def labelled(path):
-    """Write a table of two materials."""
-    rows = [[f"{0.002 * k:.3f}", f"{k % 7}", "cork" if k < 300 else "felt"] for k in range(500)]
-    write(path, "t [s],x [g],surface", rows)
-
-
-def test_a_column_of_labels_is_a_choice(tmp_path):
-    labelled(tmp_path / "lab/all.csv")
-    [facts] = preview_dataset("folder", tmp_path / "lab", workers=1)["layouts"]
-    chosen = ColumnChoices.of(facts["columns"], [])
-    assert chosen.roles == ("time", "x", "material")
-    [layout] = chosen.layouts()
-    assert (layout.material, ColumnChoices.of(facts["columns"], [layout]).roles) == ("surface", chosen.roles)
-    [without] = chosen.with_role(2, "ignored").layouts()
-    assert without.labels == {}
-    with pytest.raises(
-        ParameterError, match="material must be one column, got x .g., surface; choose another"
-    ):
-        replace(chosen, roles=("y", "material", "material")).layouts()
-
-
-def test_choices_are_a_mapping_and_back():
-    chosen = choices(["time", "y", "x", "force", "ignored"], ["ms", "g", "g", "mN", ""], rate=100.0)
-    axes, force = chosen.layouts()
-    assert axes == TableLayout(
-        columns=HEADINGS,
-        axes={"y": "a", "x": "b"},
-        unit="g",
-        time="t",
-        time_unit="ms",
-        rate=100.0,
-        stream="acceleration",
-    )
-    assert (force.axes, force.unit, force.stream, force.rate) == ({"z": "c"}, "mN", "force", 100.0)
-    columns = [{"heading": name, "role": "unclear", "unit": None} for name in HEADINGS]
-    again = ColumnChoices.of(columns, [axes, force])
-    assert (again.roles, again.units, again.layouts()) == (chosen.roles, chosen.units, [axes, force])
-
-
-@pytest.mark.parametrize(
-    ("roles", "says"),
-    [
-        (
-            ["time", "ignored", "ignored", "unclear", "ignored"],
-            "choose x, y, z, force or position for at least",
-        ),
-        (["time", "x", "x", "ignored", "ignored"], "x must be one column, got a, b; choose another"),
-        (["time", "x", "time", "ignored", "ignored"], "time must be one column, got t, b; choose another"),
-    ],
-)
-def test_choices_that_contradict_each_other_are_refused(roles, says):
-    with pytest.raises(ParameterError, match=says):
-        choices(roles).layouts()
-    with pytest.raises(ParameterError, match="layout: rate: must be greater"):
-        choices(["time", "x", "y", "z", "ignored"], rate=-1.0).layouts()
-
-
-def test_a_stream_has_one_unit_and_time_another():
-    chosen = choices(["time", "x", "y", "force", "ignored"]).with_unit(1, "g")
-    assert chosen.units == ("", "g", "g", "", "")
-    assert chosen.with_role(3, "z").units == ("", "g", "g", "g", "")
-    assert chosen.with_role(1, "time").units == ("", "", "g", "", "")
-    three = choices(["ignored", "force", "force", "force", "ignored"]).layouts()
-    assert [layout.axes for layout in three] == [{"x": "a", "y": "b", "z": "c"}]
-
-
-def test_the_unit_of_a_heading_stays_unless_another_is_chosen():
-    chosen = ColumnChoices(("t (ms)", "a [g]"), ("ignored", "ignored"), ("", ""))
-    assert chosen.with_role(0, "time").with_role(1, "x").units == ("ms", "g")
-    assert chosen.with_role(1, "time").with_role(0, "x").units == ("", "")
-
-
-def test_other_streams_of_a_saved_mapping_stay(tmp_path):
-    layouts = [
-        TableLayout(columns=HEADINGS, axes={"x": "a"}, time="t", stream="tap"),
-        TableLayout(columns=HEADINGS, axes={"tip": "c"}, time="t", unit="N", stream="finger"),
-    ]
-    columns = [{"heading": name, "role": "ignored", "unit": None} for name in HEADINGS]
-    chosen = ColumnChoices.of(columns, layouts)
-    assert chosen.roles == ("time", "x", "ignored", "finger: tip", "ignored")
-    assert chosen.layouts() == layouts
-
-
-def test_what_a_preview_read_is_chosen_at_first(tmp_path):
-    facts = preview_dataset("folder", lab(tmp_path / "lab"), workers=1)
-    table, korks, matrix = facts["layouts"]
-    chosen = ColumnChoices.of(table["columns"], [])
-    assert (chosen.roles, chosen.units) == (("time", "x", "y", "z"), ("s", "g", "g", "g"))
-    assert ColumnChoices.of(korks["columns"], []).roles == ("time", "ignored", "Kraft")
-    assert ColumnChoices.of(matrix["columns"], []).roles == ("time", "x", "y", "z")
-    assert timing_text(table).startswith("acceleration: x, y, z in m/s^2 · 500 Hz · time stamps: ")
-    assert [*by_key([table, table])] == [repr(chosen.headings), table["example"]]
-    mapped = read_file(tmp_path / "lab/felt/take_1.csv", layouts=chosen.layouts()).signal
-    np.testing.assert_array_equal(mapped.samples, read_file(tmp_path / "lab/felt/take_1.csv").signal.samples)
 
 
 def test_a_store_may_have_the_suggested_name():

@@ -1,10 +1,14 @@
 import numpy as np
 import pytest
 from scipy import special
+from simulated_answers import only, simulated
 
 from tactogram_study.analysis.threshold import reversal_threshold
-from tactogram_study.designs.analysis.staircase import simulated_thresholds
+from tactogram_study.answers import Answers
+from tactogram_study.designs.analysis.staircase import reversals_of, simulated_thresholds
 from tactogram_study.designs.staircase import Staircase
+from tactogram_study.planned import AnalysisPlan
+from tactogram_study.study_analysis import analyse
 
 
 def test_reversals_leave_out_the_first_and_count_peaks_and_valleys_alike():
@@ -35,3 +39,37 @@ def test_many_simulated_staircases_at_once_are_those_of_the_design_one_by_one(tr
     expected = [np.mean(c) if len(c) > 1 else t.intensity for c, t in zip(counted, tracks, strict=True)]
     assert found == pytest.approx(expected)
     assert any(len(c) > 1 for c in counted) == (trials > 4)
+
+
+def staircase(people=4, threshold=-18.0, seed=0, trials=50):
+    rng = np.random.default_rng(seed)
+    rows = []
+    for p in range(people):
+        x, run, own = 0.0, 0, threshold + 2 * rng.standard_normal()
+        for t in range(trials):
+            right = bool(rng.random() < 0.5 + 0.5 / (1 + np.exp(-(x - own))))
+            rows.append((p, t + 1, {"condition": "tone", "stimulus": "tone", "value": x, "correct": right}))
+            run = run + 1 if right else 0
+            if not right or run == 3:
+                x, run = x + (-4.0 if right else 4.0), 0
+    return simulated("staircase", "which", rows)
+
+
+def test_the_threshold_that_was_put_in_is_found():
+    section = only(analyse(staircase(), plan=AnalysisPlan({}, draws=100)))
+    [by_reversals] = section.role("confirmatory")
+    settled = -18 + np.log((0.5 ** (1 / 3) - 0.5) / (1 - 0.5 ** (1 / 3)))
+    assert by_reversals.low < settled < by_reversals.high
+    assert [f.test for f in section.role("as printed")] == []
+
+
+def test_the_last_reversal_counts_though_nothing_follows_it():
+    values, right = [0, 0, 0, -4, 0, 0, 0, -4], [1, 1, 1, 0, 1, 1, 1, 0]
+    rows = [
+        (0, t + 1, {"value": float(v), "correct": bool(r)})
+        for t, (v, r) in enumerate(zip(values, right, strict=True))
+    ]
+    own = simulated("staircase", "which", rows)
+    assert np.flatnonzero(reversals_of(own)).tolist() == [3, 6, 7]
+    assert np.flatnonzero(reversals_of(Answers(own.rows[:7]))).tolist() == [3, 6]
+    assert np.flatnonzero(reversals_of(Answers(own.rows[:6]))).tolist() == [3]

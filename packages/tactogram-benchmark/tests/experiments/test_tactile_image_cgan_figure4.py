@@ -1,0 +1,76 @@
+"""Fig. 4 of Hatori et al. 2025: what is trained, kept and said; nothing is trained here."""
+
+import pytest
+from benchmarks.experiments import image_label_balance
+from made_up_images import MadeUpWorkflows
+
+from tactogram.errors import ParameterError
+from tactogram.workflows.progress import silent
+from tactogram_benchmark.experiments import (
+    artifacts,
+    cross_modal,
+    image_cells,
+    tactile_image_cgan_figure4 as figure4,
+)
+
+
+@pytest.fixture(autouse=True)
+def made_up(stand_in):
+    return stand_in(MadeUpWorkflows(), figure4, cross_modal, image_cells, artifacts)
+
+
+@pytest.fixture
+def quality(monkeypatch):
+    class Quality:
+        def __init__(self, real):
+            self.real, self.missing = real, {"fid": "weights are not here"}
+
+        def __call__(self, made):
+            return {"efficientnet_lite0_frechet_distance": float((made.mean() - self.real.mean()).abs())}
+
+    monkeypatch.setattr(image_cells, "ImageQuality", Quality)
+    monkeypatch.setattr(image_cells, "of_real_images", lambda images, rater: None)
+
+
+def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, made_up):
+    found = figure4.run(tmp_path, paper=False, progress=silent)
+    painters = [row for row in made_up.trained if row[0] == "tactile_image_cgan"]
+    assert [row[4]["config.image_weight"] for row in painters] == [1, 1000, 5000, 10000]
+    assert {row[3] for row in painters} == {"all"}
+    follows = {weight: row[0]["following"]["correlation"] for weight, row in found["variants"].items()}
+    assert follows["weight 1"] > 0.1
+    assert follows["weight 5,000"] == pytest.approx(0, abs=1e-9)
+    assert found["variants"]["weight 5,000"][0]["collapse"] == "the label makes no difference"
+    assert found["variants"]["weight 1,000"][0]["losses"]["discriminator"] == 1.0
+    assert "simulated" in found["text"]
+    assert "fid: weights are not here" in found["text"]
+    assert (tmp_path / "figure4.png").is_file()
+    assert (tmp_path / "trade_off.png").is_file()
+
+
+def test_each_balance_is_trained_with_its_own_configuration(tmp_path, quality, made_up, monkeypatch):
+    monkeypatch.setattr(image_label_balance, "FOLDS", 2)
+    found = image_label_balance.run(
+        tmp_path, paper=False, progress=silent, variants="projection; regression, rated", trainings=2
+    )
+    changes = [row[4] for row in made_up.trained if row[0] == "tactile_image_cgan"]
+    assert [row["seed"] for row in changes] == [0, 1, 0, 1]
+    assert changes[0]["config.label_input"] == "projection"
+    assert changes[2]["config.fake_scores"] == "rated"
+    assert found["trainings"] == {"projection": 2, "regression, rated": 2}
+    assert 0 <= found["scores_alone"] <= 1
+    with pytest.raises(ParameterError, match="variants must be of weight 1; .*, got attention"):
+        image_label_balance.run(tmp_path, paper=False, progress=silent, variants="projection; attention")
+
+
+def test_figure_4_reads_what_it_judged_before(tmp_path, quality, monkeypatch):
+    first = figure4.run(tmp_path, paper=False, progress=silent, weights="1,10")
+    assert set(first["variants"]) == {"weight 1", "weight 10"}
+    monkeypatch.setattr(image_cells, "score", None)
+    assert figure4.run(tmp_path, paper=False, progress=silent, weights="1,10") == first
+
+
+@pytest.mark.parametrize("weights", ["", "0,1", "heavy", "1,2,3,4,5,6,7,8,9"])
+def test_weights_that_are_none_are_refused(tmp_path, weights):
+    with pytest.raises(ParameterError, match="weights must be 1 to 8 whole numbers"):
+        figure4.run(tmp_path, paper=False, progress=silent, weights=weights)

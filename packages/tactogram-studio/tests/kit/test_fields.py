@@ -1,0 +1,22 @@
+"""Fields of numbers."""
+
+import pytest
+
+from tactogram.errors import ParameterError
+from tactogram_studio.kit import in_range
+
+
+@pytest.mark.parametrize(
+    ("value", "bounds", "message"),
+    [
+        (-3.0, {"least": 0.1}, "Seconds must be at least 0.1, got -3"),
+        (12.0, {"least": 0, "most": 9}, "Seconds must be 0 to 9, got 12"),
+        (2.5, {"whole": True}, "Seconds must be a whole number, got 2.5"),
+        (float("nan"), {"least": 0}, "Seconds must be at least 0, got nan"),
+    ],
+)
+def test_a_number_out_of_range_is_refused_and_not_altered(value, bounds, message):
+    with pytest.raises(ParameterError, match=f"^{message}$"):
+        in_range("Seconds", value, **bounds)
+    assert in_range("Seconds", 1.0, **bounds) == 1.0
+    assert in_range("Seconds", None, **bounds) is None

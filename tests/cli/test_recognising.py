@@ -1,0 +1,27 @@
+"""What the verbs of recognition print."""
+
+import json
+
+from tactogram.cli import main
+from tactogram.signal.io import write_signal
+
+
+def test_results_are_one_json_object(run, capsys, tmp_path, texture):
+    file = tmp_path / "x.wav"
+    write_signal(file, texture("tile", 8))
+    assert main(["classify", str(run.folder), str(file), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)["files"][str(file)]
+    assert said["material"] == "tile"
+    assert main(["search", str(run.folder), str(file), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["nearest"][0]["material"] == "tile"
+    assert main(["evaluate", str(run.folder), "--json"]) == 0
+    figures = json.loads(capsys.readouterr().out)
+    assert {"window_accuracy", "recording_accuracy"} <= figures.keys()
+
+
+def test_predictions_have_headings(run, texture, tmp_path, capsys):
+    write_signal(tmp_path / "x.wav", texture("tile", 8))
+    assert main(["classify", str(run.folder), str(tmp_path / "x.wav")]) == 0
+    head, row = capsys.readouterr().out.splitlines()
+    assert head.split() == ["file", "material", "probability"]
+    assert row.split()[1] == "tile"
