@@ -83,7 +83,11 @@ def test_a_rater_scores_what_it_knows(tmp_path):
 @pytest.mark.parametrize(
     ("runs", "out", "message"),
     [
-        ([pictures(), pictures()], "pair", "runs must give one image and one vibration, got 'image and image'"),
+        (
+            [pictures(), pictures()],
+            "pair",
+            "runs must give one image and one vibration, got 'image and image'",
+        ),
         ([pictures(), vibrations()], "pair.png", "out must be a folder for 2 runs"),
         ([pictures()], "x.wav", "`out` for images must be a folder or end in .png"),
         ([vibrations()], "x.png", "`out` for signals must be a folder or end in .wav"),
