@@ -121,7 +121,7 @@ def test_a_latent_is_the_noise(model):
     [
         ({}, 1.0, "need a speed"),
         ({"speed_mm_s": 0.0}, None, "speed_mm_s must be > 0"),
-        ({"image": "felt.png"}, None, "must be a photograph"),
+        ({"image": "felt.png"}, None, "image must be Image"),
         ({"image": Image(np.zeros((20, 200, 3), np.uint8))}, None, "holds no window of 32"),
     ],
 )
