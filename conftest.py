@@ -21,9 +21,9 @@ def pytest_addoption(parser):
 LONGEST = (
     "test_models.py",
     "test_tour.py",
-    "test_touch_page.py",
+    "pages/test_touch.py",
     "test_ray_cluster.py",
-    "test_train_page.py",
+    "train/test_page.py",
 )
 SLOW = {"browser", "cluster"}
 """Fixtures that start a browser or a cluster, whose processes keep their own time."""
@@ -41,7 +41,7 @@ def pytest_collection_modifyitems(items):
         if SLOW & set(item.fixturenames):
             item.add_marker("slow")
             item.add_marker(pytest.mark.flaky(reruns=1))
-    items.sort(key=lambda item: item.path.name not in LONGEST)
+    items.sort(key=lambda item: not item.path.as_posix().endswith(LONGEST))
 
 
 @pytest.fixture(scope="session")
