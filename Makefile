@@ -48,7 +48,8 @@ mutants: install ## check that the tests notice known defects of adversarial tra
 	$(BIN)/python tests/mutation/run.py
 	$(BIN)/python tests/mutation/drawn.py --seed $$(date +%j)
 
-# The wheels are built from the sdists, which thereby prove to be complete. First the core alone, then all together.
+# The wheels are built from the sdists, which thereby prove to be complete. First the core alone, then all together; never
+# wheels of the same version that uv has kept from before.
 wheel: install ## build sdists and wheels, and test the wheels in a clean environment of their own
 	rm -rf build/wheel && mkdir -p build/wheel
 	for folder in . $(PACKAGES:%=packages/tactogram-%); do $(BIN)/python -m build --outdir build/wheel $$folder >/dev/null || exit 1; done
@@ -59,7 +60,7 @@ wheel: install ## build sdists and wheels, and test the wheels in a clean enviro
 	$(WHEELS) 'tactogram[studio]'
 	cd build/wheel && env/bin/tactogram study list && env/bin/tactogram sources && env/bin/tactogram benchmark list && env/bin/tactogram studio --help >/dev/null
 WHEELS = UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
-    -c constraints.txt --find-links build/wheel --no-sources
+    -c constraints.txt --find-links build/wheel --no-sources --refresh-package tactogram $(PACKAGES:%=--refresh-package tactogram-%)
 
 bench: install ## measure, and write benchmarks/results.md
 	$(BIN)/python -m benchmarks
