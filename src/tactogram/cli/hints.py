@@ -18,7 +18,7 @@ def in_words(error: TactogramError, flags: Mapping[str, str], words: Sequence[st
     ``flags`` are those of `tactogram.cli.verbs.flags_of`, ``words`` the command.
     """
     message = str(error)
-    if error.parameter in flags and message.startswith(error.parameter):
+    if error.parameter in flags and message.startswith(f"{error.parameter} "):
         message = flags[error.parameter] + message.removeprefix(error.parameter)
     return with_nearest(with_command(with_options(message, flags), words), error)
 

@@ -131,8 +131,11 @@ def test_speed_beside_the_classes():
     assert not np.array_equal(slow, fast)
     np.testing.assert_array_equal(fast, beyond)  # clamped to what was recorded
     np.testing.assert_array_equal(mean, made.generate({"material": "cork"}, seed=0).samples)
-    for speed in (-1.0, float("nan")):
-        with pytest.raises(ParameterError, match="speed_mm_s must be (finite and >= 0|a finite number)"):
+    for speed, message in (
+        (-1.0, "be finite and >= 0, got -1"),
+        (float("nan"), "be a finite number, mm/s, got nan"),
+    ):
+        with pytest.raises(ParameterError, match=f"speed_mm_s must {message}"):
             made.generate({"material": "cork", "speed_mm_s": speed}, seed=0)
 
 
