@@ -3,6 +3,7 @@
 import os
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import settings
@@ -169,3 +170,35 @@ def run(store, tmp_path_factory):
         out=out,
         accelerator="cpu",
     )
+
+
+@pytest.fixture
+def command(capsys):
+    """Give a function that runs a command line and returns its exit code, what it printed and what it complained."""
+    from tactogram.cli import main
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = main([str(argument) for argument in arguments])
+        said = capsys.readouterr()
+        return SimpleNamespace(returncode=code, stdout=said.out, stderr=said.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def write_pairs():
+    """Give a function that writes a table of voltage and friction of two people."""
+    import numpy as np
+
+    def write(path):
+        random = np.random.default_rng(0)
+        rows = ["person,voltage_v_rms,friction,normal_force_n"]
+        for person, k_e in (("anna", 2e-5), ("ben", 4e-5)):
+            for v in np.repeat([0, 40, 70, 100.0], 6):
+                mu = 0.3 * (1 + k_e * v**2 / 0.5) + 0.005 * random.standard_normal()
+                rows.append(f"{person},{v},{mu:.6f},0.5")
+        path.write_text("\n".join(rows) + "\n")
+        return path
+
+    return write

@@ -40,3 +40,12 @@ def test_faults_have_places_and_the_sentences_of_validated():
     assert found[0].sentence == str(raised.value)
     assert found[1].sentence == "plan: unknown key 'colour'; known here: rate"
     assert faults(Plan, {"rate": 2}, where="plan") == ()
+
+
+def test_an_unknown_key_is_a_value_with_its_choices():
+    with pytest.raises(ParameterError) as refused:
+        validated(Plan, {"rat": 2}, where="plan")
+    assert (refused.value.value, refused.value.choices) == ("rat", ("rate",))
+    with pytest.raises(ParameterError) as refused:
+        validated(Plan, {"rate": "fast"}, where="plan")
+    assert (refused.value.value, refused.value.choices) == ("fast", ())

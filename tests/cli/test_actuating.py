@@ -1,7 +1,6 @@
 """What the verbs of actuators print: calibrations, resonances and tracks."""
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -48,42 +47,18 @@ def test_a_sweep_with_a_lost_point_locks_and_its_log_gives_the_same_circuit(tmp_
     assert read["residual"] < 0.05
 
 
-@pytest.fixture(name="run")
-def run_fixture(capsys):
-    """Return a function that runs a command line and returns its exit code, what it printed and what it complained."""
-
-    def run(*arguments):
-        capsys.readouterr()
-        code = main([str(argument) for argument in arguments])
-        said = capsys.readouterr()
-        return SimpleNamespace(returncode=code, stdout=said.out, stderr=said.err)
-
-    return run
-
-
-def write_pairs(path):
-    random = np.random.default_rng(0)
-    rows = ["person,voltage_v_rms,friction,normal_force_n"]
-    for person, k_e in (("anna", 2e-5), ("ben", 4e-5)):
-        for v in np.repeat([0, 40, 70, 100.0], 6):
-            mu = 0.3 * (1 + k_e * v**2 / 0.5) + 0.005 * random.standard_normal()
-            rows.append(f"{person},{v},{mu:.6f},0.5")
-    path.write_text("\n".join(rows) + "\n")
-    return path
-
-
-def test_the_command_line_says_whether_the_square_law_holds(tmp_path, run):
-    done = run("calibrate", write_pairs(tmp_path / "pairs.csv"), "--out", tmp_path / "c.toml")
+def test_the_command_line_says_whether_the_square_law_holds(tmp_path, command, write_pairs):
+    done = command("calibrate", write_pairs(tmp_path / "pairs.csv"), "--out", tmp_path / "c.toml")
     assert done.returncode == 0, done.stderr
     assert "not contradicted" in done.stdout
 
 
-def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, run):
+def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, command):
     f = np.linspace(27_400, 29_000, 81)
     y = PRESETS["finger"].admittance(f)
     for name, unit in (("hz", 1), ("khz", 1000)):
         lines = [f"{a / unit},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
         text = "frequency_hz,conductance_s,susceptance_s\n" + "\n".join(lines)
         (tmp_path / f"{name}.csv").write_text(text)
-    assert "resonance_hz: 28200\n" in run("transducer", tmp_path / "hz.csv").stdout
-    assert "are they in kHz?" in run("transducer", tmp_path / "khz.csv").stderr
+    assert "resonance_hz: 28200\n" in command("transducer", tmp_path / "hz.csv").stdout
+    assert "are they in kHz?" in command("transducer", tmp_path / "khz.csv").stderr

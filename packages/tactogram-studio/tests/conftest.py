@@ -252,3 +252,23 @@ def faults():
         return [f"{name}: {node['html']} {node['failureSummary']}" for name, node in nodes]
 
     return found
+
+
+@pytest.fixture
+def tones(tmp_path):
+    """A store of four tones, of which one has another rate."""
+    from laboratory_files import tone
+
+    from tactogram.datasets import Recording, create_store
+
+    made = (
+        Recording(
+            streams={"acceleration": tone(hz, rate=rate)},
+            material=f"tone-{hz}",
+            speed_mm_s=float(hz),
+            session=f"day {number % 2}",
+            source=f"tones/{number}.wav",
+        )
+        for number, (hz, rate) in enumerate([(50, 1000.0), (100, 1000.0), (200, 1000.0), (100, 2000.0)])
+    )
+    return create_store(tmp_path / "tones", made, name="tones", licence="made in a test")

@@ -3,6 +3,8 @@
 import numpy as np
 from scipy.io import savemat
 
+from tactogram.signal import Signal
+
 T = np.arange(400) / 500
 
 
@@ -39,3 +41,9 @@ def labelled(path):
     """Write a table of two materials."""
     rows = [[f"{0.002 * k:.3f}", f"{k % 7}", "cork" if k < 300 else "felt"] for k in range(500)]
     write(path, "t [s],x [g],surface", rows)
+
+
+def tone(hz, *, rate=1000.0, seconds=1.0, level=1.0):
+    """Return a tone on top of gravity."""
+    t = np.arange(int(rate * seconds)) / rate
+    return Signal(level * np.sin(2 * np.pi * hz * t) + 9.81, rate, "m/s^2")

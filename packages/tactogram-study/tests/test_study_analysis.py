@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from simulated_answers import ITEMS, finding, only, simulated
+from simulated_answers import ITEMS, finding, only, simulated, which
 
 from tactogram.errors import DataError, ParameterError
 from tactogram_study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED
@@ -12,31 +12,6 @@ from tactogram_study.designs import find_design
 from tactogram_study.designs.analysis.pairwise import bradley_terry
 from tactogram_study.planned import AnalysisPlan
 from tactogram_study.study_analysis import analyse
-
-
-def which(people=10, trials=60, logit=0.0, sd=0.4, seed=0, design="two_area"):
-    rng = np.random.default_rng(seed)
-    rows = []
-    for p in range(people):
-        own = 1 / (1 + np.exp(-(logit + sd * rng.standard_normal())))
-        for t in range(trials):
-            right = bool(rng.random() < own)
-            side = "AB"[rng.integers(2)]
-            answer = side if right else "AB".replace(side, "")
-            rows.append(
-                (
-                    p,
-                    t + 1,
-                    {
-                        "stimulus": ITEMS[t % 3],
-                        "side": side,
-                        "answer": answer,
-                        "value": float(right),
-                        "correct": right,
-                    },
-                )
-            )
-    return simulated(design, "which", rows)
 
 
 def realism(people=10, marks=20, gap=0.0, gap_sd=3.0, seed=0):

@@ -1,10 +1,8 @@
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from tactogram.cli import main
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.rendering.transducer.circuit import PRESETS, Transducer
 from tactogram.rendering.transducer.resonance_tracking import TrackingError
@@ -16,31 +14,7 @@ from tactogram.workflows.rendering.actuators import calibrate, play, track, tran
 from tactogram.workflows.rendering.render import render
 
 
-@pytest.fixture(name="run")
-def run_fixture(capsys):
-    """Return a function that runs a command line and returns its exit code, what it printed and what it complained."""
-
-    def run(*arguments):
-        capsys.readouterr()
-        code = main([str(argument) for argument in arguments])
-        said = capsys.readouterr()
-        return SimpleNamespace(returncode=code, stdout=said.out, stderr=said.err)
-
-    return run
-
-
-def write_pairs(path):
-    random = np.random.default_rng(0)
-    rows = ["person,voltage_v_rms,friction,normal_force_n"]
-    for person, k_e in (("anna", 2e-5), ("ben", 4e-5)):
-        for v in np.repeat([0, 40, 70, 100.0], 6):
-            mu = 0.3 * (1 + k_e * v**2 / 0.5) + 0.005 * random.standard_normal()
-            rows.append(f"{person},{v},{mu:.6f},0.5")
-    path.write_text("\n".join(rows) + "\n")
-    return path
-
-
-def test_a_table_becomes_a_calibration_per_person(tmp_path):
+def test_a_table_becomes_a_calibration_per_person(tmp_path, write_pairs):
     result = calibrate(write_pairs(tmp_path / "pairs.csv"), tmp_path / "c.toml")
     assert result["spread"] == pytest.approx(2, rel=0.1)
     assert result["people"]["anna"]["settings"]["newton_per_v2"] == pytest.approx(2e-5, rel=0.05)
@@ -48,7 +22,7 @@ def test_a_table_becomes_a_calibration_per_person(tmp_path):
 
 
 @pytest.fixture(name="friction")
-def friction_fixture(tmp_path):
+def friction_fixture(tmp_path, write_pairs):
     calibrate(write_pairs(tmp_path / "pairs.csv"), tmp_path / "c.toml")
     mu = 0.34 + 0.04 * np.sin(2 * np.pi * np.arange(4000) / 4000)
     write_signal(tmp_path / "mu.npz", Signal(mu.astype(np.float32), 4000, "1"))
@@ -116,7 +90,7 @@ def test_nothing_is_written_where_nothing_can_be_said(tmp_path):
     assert not (tmp_path / "c.toml").exists()
 
 
-def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
+def test_a_measured_sweep_gives_carrier_and_q(tmp_path, command):
     f = np.linspace(27_400, 29_000, 81)
     y = PRESETS["finger"].admittance(f)
     lines = [f"{a},{b.real},{b.imag}" for a, b in zip(f, y, strict=True)]
@@ -126,7 +100,7 @@ def test_a_measured_sweep_gives_carrier_and_q(tmp_path, run):
         "carrier_hz": pytest.approx(28_200, abs=0.1),
         "q": pytest.approx(100, rel=1e-3),
     }
-    assert json.loads(run("transducer", tmp_path / "sweep.csv", "--json").stdout)["q"] == pytest.approx(
+    assert json.loads(command("transducer", tmp_path / "sweep.csv", "--json").stdout)["q"] == pytest.approx(
         found["q"]
     )
 
@@ -213,11 +187,11 @@ def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_pat
         play(tmp_path / "x.csv", display="ultrasonic-envelope")
 
 
-def test_without_a_device_it_is_one_line(drive, run):
+def test_without_a_device_it_is_one_line(drive, command):
     pytest.importorskip("dwfpy")
     with pytest.raises(DeviceError, match="WaveForms"):
         play(drive, display="ultrasonic-envelope")
-    done = run("play", drive, "--display", "ultrasonic-envelope")
+    done = command("play", drive, "--display", "ultrasonic-envelope")
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
 
@@ -292,8 +266,8 @@ def test_what_does_not_fit_is_refused_in_one_line(options, says):
         track(**({"display": "ultrasonic-envelope"} | options))
 
 
-def test_a_person_needs_a_calibration(friction, run):
-    done = run("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
+def test_a_person_needs_a_calibration(friction, command):
+    done = command("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
                "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
     assert done.returncode == 1
     assert "--person chooses among the people of --calibration" in done.stderr

@@ -7,7 +7,9 @@ import numpy as np
 from tactogram.datasets import Ratings, Recording, create_store
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.signal import Signal
+from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN
 
+MATERIALS = sorted((*SEEN, END))
 PLATES = ("plate01", "plate02", "plate03")
 
 

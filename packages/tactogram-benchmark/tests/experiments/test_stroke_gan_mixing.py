@@ -2,39 +2,13 @@
 
 import json
 
-import numpy as np
 import pytest
-from scipy.signal import lfilter
+from made_up_signals import MATERIALS
 
-from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.signal import Signal
 from tactogram_benchmark.experiments import stroke_gan_figures, stroke_gan_mixing
 from tactogram_benchmark.experiments.catalogue import reproduce
-from tactogram_benchmark.experiments.stroke_gan_mixing import END, SEEN
-
-MATERIALS = sorted((*SEEN, END))
-
-
-@pytest.fixture
-def folder(tmp_path):
-    """A folder with strokes of nine made-up textures where the simulated ones would be."""
-
-    def strokes():
-        for number in range(8):
-            for place, name in enumerate(MATERIALS):
-                noise = np.random.default_rng([place, number]).standard_normal((3, 1200))
-                # The last two are so alike that nothing can be mixed of them.
-                pole, gain = 0.95 - 0.2 * min(place, 7), 1.6 ** min(place, 7)
-                yield Recording(
-                    streams={"acceleration": Signal(gain * lfilter([1], [1, -pole], noise), 600, "m/s^2")},
-                    material=name,
-                    source=f"{name}/{number}",
-                    simulated=True,
-                )
-
-    create_store(tmp_path / "data", strokes(), name="made up", licence="-", simulated=True)
-    return tmp_path
+from tactogram_benchmark.experiments.stroke_gan_mixing import SEEN
 
 
 def test_the_textures_are_those_of_the_simulated_set():

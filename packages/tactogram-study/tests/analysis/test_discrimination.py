@@ -1,37 +1,12 @@
 """Discrimination: whether generated is told from recorded, by participant."""
 
 import numpy as np
-from simulated_answers import ITEMS, only, simulated
+from simulated_answers import only, simulated, which
 
 from tactogram_study.analysis.findings import EQUIVALENT, NOT_SHOWN, SHOWN, UNDECIDED
 from tactogram_study.planned import AnalysisPlan
 from tactogram_study.statistics import pooled_share, share_of
 from tactogram_study.study_analysis import analyse
-
-
-def which(people=10, trials=60, logit=0.0, sd=0.4, seed=0, design="two_area"):
-    rng = np.random.default_rng(seed)
-    rows = []
-    for p in range(people):
-        own = 1 / (1 + np.exp(-(logit + sd * rng.standard_normal())))
-        for t in range(trials):
-            right = bool(rng.random() < own)
-            side = "AB"[rng.integers(2)]
-            answer = side if right else "AB".replace(side, "")
-            rows.append(
-                (
-                    p,
-                    t + 1,
-                    {
-                        "stimulus": ITEMS[t % 3],
-                        "side": side,
-                        "answer": answer,
-                        "value": float(right),
-                        "correct": right,
-                    },
-                )
-            )
-    return simulated(design, "which", rows)
 
 
 def test_the_texture_table_counts_the_people_at_chance():

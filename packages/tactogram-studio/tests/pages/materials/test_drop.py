@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
+from laboratory_files import tone
 
-from tactogram.datasets import Recording, create_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram_studio.pages.materials.drop import (
@@ -9,26 +9,6 @@ from tactogram_studio.pages.materials.drop import (
     mixing_warning,
     store_signal,
 )
-
-
-def tone(hz, *, rate=1000.0, seconds=1.0, level=1.0):
-    t = np.arange(int(rate * seconds)) / rate
-    return Signal(level * np.sin(2 * np.pi * hz * t) + 9.81, rate, "m/s^2")
-
-
-@pytest.fixture
-def tones(tmp_path):
-    made = (
-        Recording(
-            streams={"acceleration": tone(hz, rate=rate)},
-            material=f"tone-{hz}",
-            speed_mm_s=float(hz),
-            session=f"day {number % 2}",
-            source=f"tones/{number}.wav",
-        )
-        for number, (hz, rate) in enumerate([(50, 1000.0), (100, 1000.0), (200, 1000.0), (100, 2000.0)])
-    )
-    return create_store(tmp_path / "tones", made, name="tones", licence="made in a test")
 
 
 def test_a_table_without_a_rate_is_stored_and_nonsense_is_not(tmp_path):
