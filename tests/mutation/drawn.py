@@ -31,7 +31,7 @@ SWAPS = {
     **{"any": "all", "all": "any"},
 }
 FLOOR = 0.4
-"""Killed of 60 drawn with seed 1: 32. As many are drawn anew each day, and their share scatters by 0.13 (two deviations)."""
+"""Of 60 drawn with seed 1, 32 are killed; the share of as many drawn anew scatters by 0.13 (two deviations)."""
 MOST_TESTS = 4
 """Test files that a mutant faces, those at its module's path first."""
 

@@ -12,9 +12,9 @@ from tactogram.cli.stopping import catch_stop_signals
 from tactogram.cli.verbs import UsageError, spelt
 from tactogram.errors import ParameterError
 from tactogram.parameters import Count, Parameter, checked, parameters, with_further
+from tactogram.workflows.data.convert import READING, reading_parameters
 from tactogram.workflows.evaluation.crossval import crossval  # noqa: F401  (its parameters are referred to)
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.recognition.files import classify_files
 from tactogram.workflows.training.train import train
 
 if TYPE_CHECKING:
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
 
 Purpose = Literal["generate", "photograph", "words"]
-_READING = {"unit", "rate", "axes", "time", "sheet", "part"}
 
 
 def _training_parameters() -> Iterator[Parameter]:
@@ -141,7 +140,7 @@ def _generation_parameters() -> Iterator[Parameter]:
         annotation = getattr(option.kind, "__name__", str(option.kind))
         text = option.help[:1].upper() + option.help[1:]
         yield Parameter(name, annotation, Optional[option.kind], None, f"{text}.", False)  # noqa: UP045
-    yield from (one for one in parameters(classify_files) if one.name in _READING)
+    yield from reading_parameters()
 
 
 @checked
@@ -165,7 +164,7 @@ def generate_to_files(
     """Generate signals or images with a trained run, or both from the same words with two.
 
     Further parameters are the options of the conditions (`tactogram.model.condition_options`) and those of
-    `classify_files` on recordings.
+    `tactogram.convert` on how a recording is read.
 
     Parameters
     ----------
@@ -203,7 +202,7 @@ def generate_to_files(
     from tactogram.workflows.training.loaded_run import load_run
 
     stated = {name: value for name, value in stated.items() if value is not None}
-    reading = {name: stated.pop(name) for name in _READING & stated.keys()}
+    reading = {name: stated.pop(name) for name in READING if name in stated}
     of_words = {"rest": rest, "like": like, "raters": raters or None}
     if conditions:
         beside = {**stated, **of_words, **reading, "count": None if count == 1 else count}

@@ -84,7 +84,7 @@ VERBS = {
     ),
     "data copy": Verb(f"{WORKFLOWS}.stores:copy", lines_of),
     "data add": Verb(f"{WORKFLOWS}.stores:add_signal", lines_of),
-    "data like": Verb(f"{WORKFLOWS}.stores:find_similar_to_file", _like_text),
+    "data like": Verb("tactogram.workflows.recognition.files:find_similar_to_file", _like_text),
     "data rate": Verb(f"{WORKFLOWS}.rating_tables:rate_store", _rate_text),
     "data ratings": Verb(f"{WORKFLOWS}.rating_tables:export_ratings", lines_of),
 }

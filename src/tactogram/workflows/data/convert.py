@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.parameters import Count, Positive, checked
+from tactogram.parameters import Count, Parameter, Positive, checked, parameters
 from tactogram.workflows.progress import ProgressCallback, silent
+
+READING = ("unit", "rate", "axes", "time", "sheet", "part")
+"""Options of `convert` on how a file is read, which other verbs take, too."""
+
+
+def reading_parameters() -> Iterator[Parameter]:
+    """Yield the parameters named `READING`."""
+    return (one for one in parameters(convert) if one.name in READING)
 
 
 @checked

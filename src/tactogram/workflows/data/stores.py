@@ -364,54 +364,6 @@ def add_signal(
 
 
 @checked
-def find_similar_to_file(
-    path: Path | str,
-    file: Path | str,
-    *,
-    stream: str | None = None,
-    count: Count = 5,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
-) -> dict[str, Any]:
-    """Find the recordings of a store whose spectra are nearest to a file's, without a trained run.
-
-    Parameters
-    ----------
-    path : Path or str
-        A store.
-    file : Path or str
-        A signal.
-    stream : str, optional
-        Stream to search (default: as in training).
-    count : int
-        Number of results.
-    unit, rate, axes, time, sheet, part
-        As of `tactogram.convert`.
-
-    Returns
-    -------
-    dict
-        The result of `tactogram.workflows.recognition.spectral_search.find_similar`.
-
-    Raises
-    ------
-    DataError
-        If the file cannot be read.
-    ParameterError
-        If there is no such stream, or the signal cannot be compared with it.
-    """
-    from tactogram.signal.io import read_signal
-    from tactogram.workflows.recognition.spectral_search import find_similar
-
-    signal = read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
-    return find_similar(path, signal, stream=stream, count=count)
-
-
-@checked
 def export_store(path: Path | str, *, out: Path | str, push: str | None = None) -> dict[str, Any]:
     """Write a store as a data set of the Hugging Face Hub.
 

@@ -1,4 +1,4 @@
-"""Classification, scores and search of files: the verbs `classify`, `score` and `search`."""
+"""Classification, scores and search of files: the verbs `classify`, `score`, `search` and `data like`."""
 
 from __future__ import annotations
 
@@ -6,22 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tactogram.parameters import Count, Positive, checked
+from tactogram.parameters import Count, checked, with_further
+from tactogram.workflows.data.convert import reading_parameters
 
 
 @checked
+@with_further(reading_parameters)
 def classify_files(
     run: Path | str,
     files: Sequence[Path | str],
-    *,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Classify the material of recordings.
+
+    ``reading`` are the options of `tactogram.convert` on how a file is read, `READING`.
 
     Parameters
     ----------
@@ -29,18 +27,6 @@ def classify_files(
         Run of a classifier.
     files : sequence of Path or str
         Signals.
-    unit : str, optional
-        Unit of the samples, where the file does not state it: m/s^2, g, N, mm, V, 1, …
-    rate : float, optional
-        Sampling rate, Hz, where the file does not state it.
-    axes : tuple of str, optional
-        Columns or channels to read, e.g. x,y,z.
-    time : str, optional
-        Column of the time stamps, e.g. 'ticks [us]'; none to use none.
-    sheet : str, optional
-        Sheet of a workbook, if it has several.
-    part : int, optional
-        Part of a table that is interrupted, from 1.
 
     Returns
     -------
@@ -59,23 +45,19 @@ def classify_files(
     from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(run)
-    reading = {"unit": unit, "rate": rate, "axes": axes, "time": time, "sheet": sheet, "part": part}
     return {"files": {str(file): classify(loaded, read_signal(file, **reading)) for file in files}}
 
 
 @checked
+@with_further(reading_parameters)
 def score_files(
     run: Path | str,
     files: Sequence[Path | str],
-    *,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Predict word scores of recordings, generated signals or images with a rater model.
+
+    ``reading`` is as of `classify_files`.
 
     Parameters
     ----------
@@ -83,8 +65,6 @@ def score_files(
         Run of a rater model.
     files : sequence of Path or str
         Signals, or images where the model was trained on images.
-    unit, rate, axes, time, sheet, part
-        As of `classify_files`.
 
     Returns
     -------
@@ -102,25 +82,22 @@ def score_files(
     from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(run)
-    reading = {"unit": unit, "rate": rate, "axes": axes, "time": time, "sheet": sheet, "part": part}
     return {"files": {str(file): score_file(loaded, file, **reading) for file in files}}
 
 
 @checked
+@with_further(reading_parameters)
 def search_file(
     run: Path | str,
     file: Path | str,
     *,
     data: Path | str | None = None,
     count: Count = 5,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Find the recordings nearest to a file, or report none of these.
+
+    ``reading`` is as of `classify_files`.
 
     Parameters
     ----------
@@ -132,8 +109,6 @@ def search_file(
         Data set to search, added recordings included; by default the training data.
     count : int
         Number of results.
-    unit, rate, axes, time, sheet, part
-        As of `classify_files`.
 
     Returns
     -------
@@ -150,5 +125,48 @@ def search_file(
     from tactogram.signal.io import read_signal
     from tactogram.workflows.recognition.search import search
 
-    reading = {"unit": unit, "rate": rate, "axes": axes, "time": time, "sheet": sheet, "part": part}
     return search(run, read_signal(file, **reading), data=data, count=count)
+
+
+@checked
+@with_further(reading_parameters)
+def find_similar_to_file(
+    path: Path | str,
+    file: Path | str,
+    *,
+    stream: str | None = None,
+    count: Count = 5,
+    **reading: Any,
+) -> dict[str, Any]:
+    """Find the recordings of a store whose spectra are nearest to a file's, without a trained run.
+
+    ``reading`` are the options of `tactogram.convert` on how a file is read.
+
+    Parameters
+    ----------
+    path : Path or str
+        A store.
+    file : Path or str
+        A signal.
+    stream : str, optional
+        Stream to search (default: as in training).
+    count : int
+        Number of results.
+
+    Returns
+    -------
+    dict
+        The result of `tactogram.workflows.recognition.spectral_search.find_similar`.
+
+    Raises
+    ------
+    DataError
+        If the file cannot be read.
+    ParameterError
+        If there is no such stream, or the signal cannot be compared with it.
+    """
+    from tactogram.signal.io import read_signal
+    from tactogram.workflows.recognition.spectral_search import find_similar
+
+    signal = read_signal(file, **reading)
+    return find_similar(path, signal, stream=stream, count=count)
