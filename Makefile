@@ -57,7 +57,7 @@ wheel: install ## build sdists and wheels, and test the wheels in a clean enviro
 	$(WHEELS) build/wheel/tactogram-*.whl pytest hypothesis
 	cd build/wheel && env/bin/tactogram models && env/bin/python -m pytest -q -p no:cacheprovider --import-mode=importlib \
 	    --pyargs tactogram.models
-	$(WHEELS) 'tactogram[studio]'
+	$(WHEELS) 'tactogram[studio,benchmark]'
 	cd build/wheel && env/bin/tactogram study list && env/bin/tactogram sources && env/bin/tactogram benchmark list && env/bin/tactogram studio --help >/dev/null
 WHEELS = UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
     -c constraints.txt --find-links build/wheel --no-sources --refresh-package tactogram $(PACKAGES:%=--refresh-package tactogram-%)
