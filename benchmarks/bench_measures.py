@@ -8,7 +8,6 @@ turn; the ratio is the median of nine. One thread (threadpoolctl) for both.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from scipy.signal import lfilter, welch
 from threadpoolctl import threadpool_limits
 
+from benchmarks.timing import beside
 from tactogram.evaluation.measures import (
     classifier_features,
     frechet_distance,
@@ -61,28 +61,9 @@ def run() -> list[dict[str, Any]]:
         for function in (frechet_distance, precision_recall_density_coverage, two_sample_accuracy)
     ]
     with threadpool_limits(1):
-        return [row(*job) for job in jobs]
-
-
-def row(name: str, beside: str, plain: Callable[[], object], job: Callable[[], object]) -> dict[str, Any]:
-    """Time both in turns."""
-    job()
-    ratios, taken = [], []
-    for _ in range(REPETITIONS):
-        start = time.perf_counter()
-        plain()
-        middle = time.perf_counter()
-        job()
-        end = time.perf_counter()
-        ratios.append((end - middle) / (middle - start))
-        taken.append(end - middle)
-    return {
-        "measure": name,
-        "beside": beside,
-        "ratio": round(float(np.median(ratios)), 2),
-        "ratio_sd": round(float(np.std(ratios)), 2),
-        "seconds": round(float(np.median(taken)), 4),
-    }
+        return [
+            {"measure": name, "beside": of, **beside(plain, job, REPETITIONS)} for name, of, plain, job in jobs
+        ]
 
 
 def textures(seed: int, count: int) -> list[Signal]:
@@ -96,8 +77,3 @@ def textures(seed: int, count: int) -> list[Signal]:
         bursts = 0.1 + np.abs(np.sin(np.pi * random.uniform(2, 8) * np.arange(n) / RATE))
         found.append(Signal((x * bursts).astype(np.float32), RATE, "m/s^2"))
     return found
-
-
-if __name__ == "__main__":
-    for result in run():
-        print(result)

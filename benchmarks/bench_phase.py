@@ -187,21 +187,3 @@ def one_thread() -> Iterator[None]:
         yield
     finally:
         torch.set_num_threads(before)
-
-
-if __name__ == "__main__":
-    place = None
-    for row in run():
-        if place != (row["data"], row["stft"]):
-            place = (row["data"], row["stft"])
-            print(
-                f"\n{row['data']} ({row['recordings']} recordings), {row['stft']}, {row['threads']} thread\n"
-            )
-            print("| method | iterations | time / librosa 32 | spectral convergence dB | better dB |")
-            print("| --- | --- | --- | --- | --- |")
-        print(
-            f"| {row['method']} | {row['iterations']} "
-            f"| {row['seconds_ratio_to_librosa']:.2f} ± {row['seconds_ratio_sd']:.2f} "
-            f"| {row['spectral_convergence_db']:.1f} ± {row['spectral_convergence_sd']:.1f} "
-            f"| {row['better_than_librosa_db']:+.1f} |"
-        )

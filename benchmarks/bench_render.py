@@ -8,12 +8,12 @@ repetition runs both in turn; the ratio is the median of five. One thread for bo
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from benchmarks.timing import beside
 from tactogram.rendering.displays.catalogue import display_family, open_display, shipped
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
@@ -39,27 +39,14 @@ def row(name: str) -> dict[str, Any]:
     if display_family(display.family).renders == "friction":
         texture = Signal(0.5 + 0.1 * x[:1], RATE, "1")
     one = texture.select(texture.axes[0])
-    fit(texture, display, level=level)
-    ratios, taken = [], []
-    for _ in range(REPETITIONS):
-        start = time.perf_counter()
-        resample(one, display.rate)
-        middle = time.perf_counter()
-        fit(texture, display, level=level)
-        end = time.perf_counter()
-        ratios.append((end - middle) / (middle - start))
-        taken.append(end - middle)
-    seconds = float(np.median(taken))
+    found = beside(
+        lambda: resample(one, display.rate), lambda: fit(texture, display, level=level), REPETITIONS
+    )
+    if display.rate == RATE:
+        found |= {"ratio": None, "ratio_sd": None}
     return {
         "display": name,
         "rate_hz": display.rate,
-        "ratio": round(float(np.median(ratios)), 2) if display.rate != RATE else None,
-        "ratio_sd": round(float(np.std(ratios)), 2) if display.rate != RATE else None,
-        "seconds": round(seconds, 4),
-        "faster": round(SECONDS / seconds, 1),
+        **found,
+        "faster": round(SECONDS / found["seconds"], 1),
     }
-
-
-if __name__ == "__main__":
-    for result in run():
-        print(result)

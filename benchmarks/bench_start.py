@@ -2,9 +2,10 @@
 
 import subprocess
 import sys
-import time
 from pathlib import Path
 from statistics import median
+
+from benchmarks.timing import seconds_of
 
 COMMANDS = {
     "python -c pass": [sys.executable, "-c", "pass"],
@@ -17,9 +18,9 @@ def run():
     times = {name: [] for name in COMMANDS}
     for _ in range(12):
         for name, command in COMMANDS.items():
-            start = time.perf_counter()
-            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-            times[name].append(time.perf_counter() - start)
+            times[name].append(
+                seconds_of(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL))  # noqa: B023
+            )
     base = median(times["python -c pass"][2:])
     return [
         {"command": name, "seconds": median(t[2:]), "times python -c pass": median(t[2:]) / base}

@@ -65,7 +65,7 @@ def _imports(folder: Path, sizes: tuple[int, ...]) -> list[dict[str, Any]]:
 def _measured_import(source: Path, out: Path) -> dict[str, Any]:
     """Import in a process of its own, and watch it and its children."""
     process = subprocess.Popen(
-        [sys.executable, __file__, "import", source, out], stdout=subprocess.PIPE, text=True
+        [sys.executable, __file__, source, out], stdout=subprocess.PIPE, text=True
     )
     peak = _watch(psutil.Process(process.pid), lambda: process.poll() is None)
     text, _ = process.communicate()
@@ -224,8 +224,4 @@ def _size(folder: Path) -> int:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["import"]:
-        _import(Path(sys.argv[2]), Path(sys.argv[3]))
-    else:
-        for row in run():
-            print(", ".join(f"{name} {value}" for name, value in row.items()))
+    _import(Path(sys.argv[2]), Path(sys.argv[3]))

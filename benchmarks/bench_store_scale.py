@@ -111,8 +111,4 @@ def own_mb() -> float:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:]:
-        print(json.dumps(measure(sys.argv[1])))
-    else:
-        for row in run():
-            print(", ".join(f"{name} {value}" for name, value in row.items()), flush=True)
+    print(json.dumps(measure(sys.argv[1])))

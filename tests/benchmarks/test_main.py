@@ -12,7 +12,7 @@ def test_experiments_are_listed_apart_from_those_that_are_published(capsys):
 
     assert command.main(["--list", "--json"]) == 0
     listed = json.loads(capsys.readouterr().out)
-    assert listed["capture_session"].startswith("A session recorded from a simulated")
+    assert listed["staircase_bias"].startswith("Bias and spread of staircase thresholds")
     assert not listed.keys() & experiments().keys()
 
 
@@ -29,7 +29,7 @@ def test_an_experiment_takes_its_options_and_leaves_its_result(tmp_path, capsys,
     ("arguments", "message"),
     [
         (["nothing"], "unknown: nothing"),
-        (["displays", "transducer"], "an experiment runs alone"),
+        (["staircase_bias", "transducer"], "an experiment runs alone"),
         (["phase", "--set", "seeds=2"], "are those of experiments"),
     ],
 )

@@ -1,7 +1,6 @@
 """Fig. 4 of Hatori et al. 2025: what is trained, kept and said; nothing is trained here."""
 
 import pytest
-from benchmarks.experiments import image_label_balance
 from made_up_images import MadeUpWorkflows
 
 from tactogram.errors import ParameterError
@@ -46,21 +45,6 @@ def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, m
     assert "fid: weights are not here" in found["text"]
     assert (tmp_path / "figure4.png").is_file()
     assert (tmp_path / "trade_off.png").is_file()
-
-
-def test_each_balance_is_trained_with_its_own_configuration(tmp_path, quality, made_up, monkeypatch):
-    monkeypatch.setattr(image_label_balance, "FOLDS", 2)
-    found = image_label_balance.run(
-        tmp_path, paper=False, progress=silent, variants="projection; regression, rated", trainings=2
-    )
-    changes = [row[4] for row in made_up.trained if row[0] == "tactile_image_cgan"]
-    assert [row["seed"] for row in changes] == [0, 1, 0, 1]
-    assert changes[0]["config.label_input"] == "projection"
-    assert changes[2]["config.fake_scores"] == "rated"
-    assert found["trainings"] == {"projection": 2, "regression, rated": 2}
-    assert 0 <= found["scores_alone"] <= 1
-    with pytest.raises(ParameterError, match="variants must be of weight 1; .*, got attention"):
-        image_label_balance.run(tmp_path, paper=False, progress=silent, variants="projection; attention")
 
 
 def test_figure_4_reads_what_it_judged_before(tmp_path, quality, monkeypatch):

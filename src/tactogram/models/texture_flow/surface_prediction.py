@@ -2,8 +2,8 @@
 
 All in closed form. Real spectra hardly move with speed, they grow; so what is predicted from a stroke is the stroke
 itself plus a law that is pooled over all training surfaces: for each contactor a slope of every number of a surface per
-step of the conditions. (That a law depend on the stroke was learned from simulated surfaces, too, and did not hold on
-real ones: ``benchmarks/texture_flow.md``.) From words: the mean of a surface's components given the scores that are
+step of the conditions. (A law that depends on the stroke was learned from simulated surfaces, too, and did not hold on
+real ones.) From words: the mean of a surface's components given the scores that are
 known, as if both were Gaussian.
 """
 

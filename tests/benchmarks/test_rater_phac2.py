@@ -1,34 +1,10 @@
-"""The rater's experiments: VibViz' table, and adjectives of objects that were held out."""
+"""Adjectives of objects that were held out, by the rater's regression and a plain one."""
 
 import numpy as np
 import pytest
-from benchmarks.experiments import rater_phac2, rater_vibviz
+from benchmarks.experiments import rater_phac2
 
-from tactogram.datasets import Recording, create_store
-from tactogram.errors import ParameterError
-from tactogram.signal import Signal
 from tactogram.workflows.progress import silent
-
-ROW = {"mae": 0.5, "mae_sd": 0.1, "constant_mae": 0.9, "p_against_constant": 0.01, "rank_correlation": 0.7}
-
-
-def test_vibviz_is_cross_validated_by_item(tmp_path, monkeypatch):
-    asked = {}
-
-    def crossval(model, data, **options):
-        asked.update(options)
-        return {"mean": ROW, "per_word": {"rough": ROW}, "split": "10 folds", "items": 5}
-
-    monkeypatch.setattr(rater_vibviz, "crossval", crossval)
-    noise = Signal(np.random.default_rng(0).standard_normal((1, 800)), 8000.0, "1", ("drive",))
-    recording = Recording(streams={"vibration": noise}, labels={"item": "v1"})
-    create_store(tmp_path / "s", [recording], name="s", licence="-", simulated=False)
-    found = rater_vibviz.run(tmp_path, paper=True, progress=silent, data=str(tmp_path / "s"))
-    assert asked["recipe"] == "vibviz"
-    assert (asked["folds"], asked["repeats"]) == (10, 5)
-    assert "0.500 ± 0.100" in found["text"]
-    with pytest.raises(ParameterError, match="data must be a store of VibViz"):
-        rater_vibviz.run(tmp_path, paper=False, progress=silent)
 
 
 def phac2(folder, objects=20, trials=2):

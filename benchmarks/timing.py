@@ -1,0 +1,28 @@
+"""Times of a job beside a plain one that is run in turn with it, so that other load weighs on both."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+
+def seconds_of(job: Callable[[], object]) -> float:
+    """Return how long a job takes."""
+    start = time.perf_counter()
+    job()
+    return time.perf_counter() - start
+
+
+def beside(plain: Callable[[], object], job: Callable[[], object], repetitions: int) -> dict[str, Any]:
+    """Return the median and sd of the ratio to the plain job, and the job's median time, after a call of each."""
+    plain(), job()
+    times = np.array([(seconds_of(plain), seconds_of(job)) for _ in range(repetitions)])
+    ratios = times[:, 1] / times[:, 0]
+    return {
+        "ratio": round(float(np.median(ratios)), 2),
+        "ratio_sd": round(float(np.std(ratios)), 2),
+        "seconds": round(float(np.median(times[:, 1])), 4),
+    }
