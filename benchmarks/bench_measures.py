@@ -62,7 +62,8 @@ def run() -> list[dict[str, Any]]:
     ]
     with threadpool_limits(1):
         return [
-            {"measure": name, "beside": of, **beside(plain, job, REPETITIONS)} for name, of, plain, job in jobs
+            {"measure": name, "beside": of, **beside(plain, job, REPETITIONS)}
+            for name, of, plain, job in jobs
         ]
 
 

@@ -64,9 +64,7 @@ def _imports(folder: Path, sizes: tuple[int, ...]) -> list[dict[str, Any]]:
 
 def _measured_import(source: Path, out: Path) -> dict[str, Any]:
     """Import in a process of its own, and watch it and its children."""
-    process = subprocess.Popen(
-        [sys.executable, __file__, source, out], stdout=subprocess.PIPE, text=True
-    )
+    process = subprocess.Popen([sys.executable, __file__, source, out], stdout=subprocess.PIPE, text=True)
     peak = _watch(psutil.Process(process.pid), lambda: process.poll() is None)
     text, _ = process.communicate()
     if process.returncode:

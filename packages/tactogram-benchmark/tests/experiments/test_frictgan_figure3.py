@@ -8,7 +8,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.models.frictgan.tests.test_learner import config, fabric_store
 from tactogram.workflows.progress import silent
-from tactogram_benchmark.experiments import frictgan_figure3 as figure3
+from tactogram_benchmark.experiments import artifacts, frictgan_figure3 as figure3
 from tactogram_benchmark.experiments.artifacts import trained_run
 
 
@@ -28,7 +28,7 @@ def asked(monkeypatch):
         found.append((run.name, recipe, options["split"]))
         return trained_run(model, store, run, recipe="tiny", changes={**tiny, **changes}, **options)
 
-    monkeypatch.setattr(figure3, "trained_run", train)
+    monkeypatch.setattr(artifacts, "trained_run", train)
     monkeypatch.setattr(
         figure3, "geometry_score", lambda one, other, *, seed: float(np.abs(one - other).mean())
     )

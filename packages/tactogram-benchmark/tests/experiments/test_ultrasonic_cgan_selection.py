@@ -58,7 +58,7 @@ class MadeUpClusters:
 
 
 def test_each_rule_selects_from_the_curves_of_clusters_that_groups_share(tmp_path, stand_in):
-    made_up = stand_in(MadeUpClusters(), ultrasonic_cgan_selection)
+    made_up = stand_in(MadeUpClusters(), ultrasonic_cgan_selection, artifacts)
     found = ultrasonic_cgan_selection.run(tmp_path, paper=True, progress=silent, groups="A,B")
     assert made_up.trained == [
         ("plates-01-02-03-0", None, 1, "all"),
@@ -89,7 +89,7 @@ def test_each_rule_selects_from_the_curves_of_clusters_that_groups_share(tmp_pat
 
 
 def test_only_finished_trainings_are_reported_on_request(tmp_path, stand_in):
-    made_up = stand_in(MadeUpClusters(), ultrasonic_cgan_selection)
+    made_up = stand_in(MadeUpClusters(), ultrasonic_cgan_selection, artifacts)
     (tmp_path / "runs" / "plates-03-0").mkdir(parents=True)
     (tmp_path / "runs" / "plates-03-0" / "model.json").touch()
     found = ultrasonic_cgan_selection.run(tmp_path, paper=True, progress=silent, groups="A,B", finished=True)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from statistics import mean, stdev
-from typing import Any
+from typing import Any, TypeVar
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
@@ -49,39 +49,46 @@ class Training:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-def train_all(
-    trainings: Sequence[Training],
+Key = TypeVar("Key")
+
+
+def trained_runs(
+    trainings: Mapping[Key, Training],
     *,
     on: str = "",
     processes: int | None = None,
     progress: ProgressCallback,
-) -> None:
-    """Carry out trainings on workers, each on one thread.
+) -> Iterator[tuple[Key, Path]]:
+    """Yield the run of each training, as of `trained_run`.
 
-    Without ``on`` and ``processes`` nothing happens: `trained_run` trains each as it is needed. On a cluster all nodes
-    share the folders.
+    With ``on`` or ``processes`` all are carried out first, on workers, each on one thread. On a cluster all nodes share
+    the folders.
 
-    Raises `TactogramError` if trainings failed, once all others are finished; it names the first.
+    Raises `TactogramError` if trainings on workers failed, once all others are finished; it names the first.
     """
-    if not on and processes is None:
-        return
-    sent = [
-        Training(one.model, Path(absolute(one.store)), Path(absolute(one.run)), one.options)
-        for one in trainings
-    ]
-    outcomes = run_tasks(_trained, sent, on=on, name=_run_name, processes=processes or 1, progress=progress)
-    failed = [f"{_run_name(one.task)}: {one.error}" for one in outcomes if one.error is not None]
-    if failed:
-        raise TactogramError(f"{len(failed)} of {len(sent)} trainings failed; {failed[0]}")
+    if on or processes is not None:
+        sent = [
+            Training(one.model, Path(absolute(one.store)), Path(absolute(one.run)), one.options)
+            for one in trainings.values()
+        ]
+        outcomes = run_tasks(
+            _trained, sent, on=on, name=_run_name, processes=processes or 1, progress=progress
+        )
+        failed = [f"{_run_name(one.task)}: {one.error}" for one in outcomes if one.error is not None]
+        if failed:
+            raise TactogramError(f"{len(failed)} of {len(sent)} trainings failed; {failed[0]}")
+    for key, one in trainings.items():
+        _trained(one, progress)
+        yield key, one.run
 
 
 def _run_name(training: Training) -> str:
     return training.run.name
 
 
-def _trained(training: Training) -> None:
+def _trained(training: Training, progress: ProgressCallback = silent) -> None:
     store = open_store(training.store)
-    trained_run(training.model, store, training.run, **training.options, progress=silent)
+    trained_run(training.model, store, training.run, **training.options, progress=progress)
 
 
 def cached_result(

@@ -33,8 +33,7 @@ from tactogram_benchmark.experiments.artifacts import (
     find_or_simulate,
     listed,
     spread,
-    train_all,
-    trained_run,
+    trained_runs,
 )
 from tactogram_benchmark.experiments.picture_cells import text_of
 
@@ -118,9 +117,7 @@ def run(
         for method in (PROPOSED, *listed(ablations, tuple(ABLATIONS), "ablations"))
         for seed in range(trainings)
     }
-    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
-    for (method, seed), training in runs.items():
-        run = trained_run(training.model, store, training.run, **training.options, progress=progress)
+    for (method, seed), run in trained_runs(runs, on=on, processes=processes, progress=progress):
         for name in (method, *(MODELS if method == PROPOSED else ())):
             methods.setdefault(name, []).append(_cell(folder, run, name, seed))
     learner, examples = _loaded(folder / "runs" / "frictgan-0")

@@ -26,8 +26,7 @@ from tactogram_benchmark.experiments.artifacts import (
     find_or_simulate,
     kind_of,
     materials_of,
-    train_all,
-    trained_run,
+    trained_runs,
 )
 
 FIGURES = {
@@ -68,26 +67,17 @@ def run(
     """
     store = find_or_simulate(folder / "data", "stroking9", given=data, progress=progress)
     materials = materials_of(store)
-    trainings = {
-        f"{model}-{recipe}{f'-{count}' * bool(count)}{f'-batch-{batch_size}' * bool(batch_size)}": (
-            recipe,
-            ({"config.steps": int(count)} if count else {})
-            | ({"config.batch_size": batch_size} if batch_size else {}),
-        )
-        for recipe in (recipes or ("paper" if paper else "quick")).split(",")
-        for count in str(steps).split(",")
-    }
+    runs: dict[str, Training] = {}
+    for recipe in (recipes or ("paper" if paper else "quick")).split(","):
+        for count in str(steps).split(","):
+            name = f"{model}-{recipe}{f'-{count}' * bool(count)}{f'-batch-{batch_size}' * bool(batch_size)}"
+            changes = {"config.steps": int(count)} if count else {}
+            changes |= {"config.batch_size": batch_size} if batch_size else {}
+            runs[name] = Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
     files: dict[str, str] = {}
     found: dict[str, dict[str, Any]] = {}
     real: dict[str, list[Signal]] = {}
-    runs = {
-        name: Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
-        for name, (recipe, changes) in trainings.items()
-    }
-    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
-    for name, (recipe, changes) in trainings.items():
-        training = runs[name]
-        out = trained_run(training.model, store, training.run, **training.options, progress=progress)
+    for name, out in trained_runs(runs, on=on, processes=processes, progress=progress):
         real = real or {texture: recorded(out, material) for texture, material in materials.items()}
         made = {texture: _signals(out, materials[texture], strokes) for texture, strokes in real.items()}
         drawn = _draw(folder, name, real, made, kind_of(store))
@@ -96,8 +86,7 @@ def run(
             one: {other: log_spectral_distance(made[one], real[other]) for other in real} for one in made
         }
         found[name] = {
-            "recipe": recipe,
-            "changes": changes,
+            **runs[name].options,
             "notes": Run.open(out).facts()["notes"],
             "distances_db": {texture: row[texture] for texture, row in distances.items()},
             "nearest": {

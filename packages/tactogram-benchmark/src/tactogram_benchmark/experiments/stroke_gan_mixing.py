@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tactogram.cli.printing import columns
 from tactogram.evaluation import IndistinctEndsError
 from tactogram.workflows import ProgressCallback, mixing_ladder
 from tactogram_benchmark.experiments.artifacts import (
@@ -24,8 +25,7 @@ from tactogram_benchmark.experiments.artifacts import (
     kind_of,
     materials_of,
     spread,
-    train_all,
-    trained_run,
+    trained_runs,
 )
 
 END = "tile"
@@ -110,31 +110,20 @@ def run(
         for name, seeds in lines.items()
         for seed in seeds
     }
-    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
-    models: dict[str, Any] = {}
-    for name, seeds in lines.items():
-        found: dict[str, list[dict[str, Any]]] = {}
-        for seed in seeds:
-            training = runs[name, seed]
-            out = trained_run(training.model, store, training.run, **training.options, progress=progress)
-            pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
-            for other, mode in pairs:
-                place = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"
-                options: dict[str, Any] = {
-                    **settings,
-                    "mode": mode,
-                    "seed": seed,
-                    "out": place,
-                    "reuse": True,
-                }
-                try:
-                    ladder = mixing_ladder(
-                        out, materials[other], materials[END], **options, progress=progress
-                    )
-                except IndistinctEndsError as error:
-                    ladder = {"refused": str(error)}
-                found.setdefault(f"{other} ({mode})", []).append(ladder)
-        models[name] = {pair: summary(ladders) for pair, ladders in found.items()}
+    pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
+    found: dict[str, dict[str, list[dict[str, Any]]]] = {name: {} for name in lines}
+    for (name, seed), out in trained_runs(runs, on=on, processes=processes, progress=progress):
+        for other, mode in pairs:
+            options: dict[str, Any] = {**settings, "mode": mode, "seed": seed, "reuse": True}
+            options["out"] = folder / "ladders" / f"{name}-{seed}" / f"{other}-{mode}"
+            try:
+                ladder = mixing_ladder(out, materials[other], materials[END], **options, progress=progress)
+            except IndistinctEndsError as error:
+                ladder = {"refused": str(error)}
+            found[name].setdefault(f"{other} ({mode})", []).append(ladder)
+    models: dict[str, Any] = {
+        name: {pair: summary(ladders) for pair, ladders in held.items()} for name, held in found.items()
+    }
     return {
         "figures": "15-18",
         **facts_of(store),
@@ -163,26 +152,26 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
     if not measured:
         return counts
     parts = [found["ladder"] for found in measured]
-    columns = parts[0]["columns"]
+    names = parts[0]["columns"]
     steps = range(len(parts[0]["weights"]))
     against = [found["against_recordings"] for found in measured]
     return counts | {
         "weights": parts[0]["weights"],
         "position": {
-            name: [spread(part["position"][name][k] for part in parts) for k in steps] for name in columns
+            name: [spread(part["position"][name][k] for part in parts) for k in steps] for name in names
         },
-        "half_weight": {name: spread(part["half_weight"][name] for part in parts) for name in columns},
+        "half_weight": {name: spread(part["half_weight"][name] for part in parts) for name in names},
         "half_weight_without_level": spread(
             found["without_level"]["half_weight"]["overall"] if found["without_level"] else None
             for found in measured
         ),
-        "monotone": {name: sum(bool(part["monotone"][name]) for part in parts) for name in columns},
-        "largest_drop": {name: spread(part["largest_drop"][name] for part in parts) for name in columns},
-        "largest_rise": {name: spread(part["largest_rise"][name] for part in parts) for name in columns},
+        "monotone": {name: sum(bool(part["monotone"][name]) for part in parts) for name in names},
+        "largest_drop": {name: spread(part["largest_drop"][name] for part in parts) for name in names},
+        "largest_rise": {name: spread(part["largest_rise"][name] for part in parts) for name in names},
         "largest_off_line": {
-            name: spread(_largest(part["off_line"][name]) for part in parts) for name in columns
+            name: spread(_largest(part["off_line"][name]) for part in parts) for name in names
         },
-        "distance_db": {name: spread(part["distance_db"][name] for part in parts) for name in columns},
+        "distance_db": {name: spread(part["distance_db"][name] for part in parts) for name in names},
         "first_and_last_between_recordings": [
             spread(part["position"]["overall"][k] if part else None for part in against) for k in (0, -1)
         ],
@@ -197,29 +186,27 @@ def _largest(values: Sequence[float | None]) -> float | None:
 
 def _text(model: str, rows: dict[str, Any], recipe: str, kind: str) -> str:
     count = next(iter(rows.values()))["trainings"]
-    columns: Mapping[str, Any] = next((row["half_weight"] for row in rows.values() if row["measured"]), {})
-    axes = [name for name in columns if name != "overall"]
-    head = f"{'Tile and':28}{'half way at':>13}{'no level':>10}" + "".join(
-        f"{f'on {name}':>8}" for name in axes
-    )
-    lines = [
-        f"{model}, {recipe}, {count} training{'s' * (count > 1)}, {kind}",
-        f"{head}{'one way':>9}{'drop':>7}{'off':>6}{'pure':>14}   the paper saw (real strokes)",
-    ]
+    measured: Mapping[str, Any] = next((row["half_weight"] for row in rows.values() if row["measured"]), {})
+    axes = [name for name in measured if name != "overall"]
+    heads = ("half way at", "no level", *(f"on {name}" for name in axes), "one way", "drop", "off", "pure")
+    table: list[tuple[str, ...]] = [("Tile and", *heads, "the paper saw (real strokes)")]
     for pair, row in rows.items():
         if not row["measured"]:
-            lines.append(f"{pair:28}indistinguishable ends in all {count} trainings: no ladder")
+            said = f"indistinguishable ends in all {count} trainings: no ladder"
+            table.append((pair, *("–" for _ in heads), said))
             continue
         half, apart = row["half_weight"], row["distance_db"]
         other, _, mode = pair.partition(" ")
         seen, pure = (SEEN[other], _pure(row)) if mode == "(sum)" else (SEEN_ADDED, "–")
-        lines.append(
-            f"{pair:28}{_cell(half['overall'], with_sd=True):>13}{_cell(row['half_weight_without_level']):>10}"
-            + "".join(f"{_cell(half[name]) if apart[name]['known'] else '–':>8}" for name in axes)
-            + f"{row['monotone']['overall']:>4} of {row['measured']:<2}{_cell(row['largest_drop']['overall']):>7}"
-            + f"{_cell(row['largest_off_line']['overall']):>6}{pure:>14}   {seen}"
-        )
-    return "\n".join(lines)
+        table.append(
+            (
+                pair, _cell(half["overall"], with_sd=True), _cell(row["half_weight_without_level"]),
+                *(_cell(half[name]) if apart[name]["known"] else "–" for name in axes),
+                f"{row['monotone']['overall']} of {row['measured']}", _cell(row["largest_drop"]["overall"]),
+                _cell(row["largest_off_line"]["overall"]), pure, seen,
+            )
+        )  # fmt: skip
+    return f"{model}, {recipe}, {count} training{'s' * (count > 1)}, {kind}\n{columns(table)}"
 
 
 def _pure(row: dict[str, Any]) -> str:

@@ -25,8 +25,7 @@ from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,
     find_or_simulate,
-    train_all,
-    trained_run,
+    trained_runs,
 )
 from tactogram_benchmark.experiments.image_cells import plates_of
 from tactogram_benchmark.experiments.ultrasonic_cgan_figure7 import (
@@ -94,10 +93,7 @@ def run(
         )
     if finished:
         runs = {name: one for name, one in runs.items() if (one.run / "model.json").is_file()}
-    train_all(list(runs.values()), on=on, processes=processes, progress=progress)
-    for plates_in, training in runs.items():
-        out = training.run
-        trained_run(training.model, store, out, **training.options, progress=progress)
+    for plates_in, out in trained_runs(runs, on=on, processes=processes, progress=progress):
         clusters[plates_in] = _outcome(out) | {
             "plates": list(plates_in),
             "figure": (out / "figures/spectra.png").relative_to(folder).as_posix(),
