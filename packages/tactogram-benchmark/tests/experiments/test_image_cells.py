@@ -1,4 +1,4 @@
-"""Rated plates, and images as measures take them."""
+"""Rated plates: mean scores, and too few."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,7 @@ from made_up_images import PLATES, loop, rated
 from tactogram.datasets import Recording, create_store
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.errors import ParameterError
-from tactogram.signal import Image
-from tactogram_benchmark.experiments.image_cells import as_tensor, plates_of
+from tactogram_benchmark.experiments.image_cells import plates_of
 
 
 def made(folder, plates, ratings):
@@ -31,12 +30,3 @@ def test_too_few_plates_are_refused(tmp_path):
         plates_of(made(tmp_path / "s", PLATES[:2], rated(PLATES[:2], SEVEN_POINT, 2)))
     with pytest.raises(ParameterError, match="has no ratings of surfaces"):
         plates_of(made(tmp_path / "none", PLATES, None))
-
-
-def test_black_is_minus_1_and_white_is_1():
-    pixels = np.zeros((4, 6, 3), np.uint8)
-    pixels[0, :, 1] = 255
-    tensor = as_tensor([Image(pixels)])
-    assert tensor.shape == (1, 3, 4, 6)
-    assert tensor[0, 1, 0].tolist() == pytest.approx([1.0] * 6)
-    assert tensor[0, 0].unique().tolist() == [-1.0]

@@ -1,9 +1,11 @@
 """Fig. 4 of Hatori et al. 2025: what is trained, kept and said; nothing is trained here."""
 
+import numpy as np
 import pytest
 from made_up_images import MadeUpWorkflows
 
 from tactogram.errors import ParameterError
+from tactogram.signal import Image
 from tactogram.workflows.progress import silent
 from tactogram_benchmark.experiments import (
     artifacts,
@@ -27,8 +29,8 @@ def quality(monkeypatch):
         def __call__(self, made):
             return {"efficientnet_lite0_frechet_distance": float((made.mean() - self.real.mean()).abs())}
 
-    monkeypatch.setattr(image_cells, "ImageQuality", Quality)
-    monkeypatch.setattr(image_cells, "of_real_images", lambda images, rater: None)
+    monkeypatch.setattr(figure4, "ImageQuality", Quality)
+    monkeypatch.setattr(figure4, "of_real_images", lambda images, rater: None)
 
 
 def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, made_up):
@@ -50,7 +52,7 @@ def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, m
 def test_figure_4_reads_what_it_judged_before(tmp_path, quality, monkeypatch):
     first = figure4.run(tmp_path, paper=False, progress=silent, weights="1,10")
     assert set(first["variants"]) == {"weight 1", "weight 10"}
-    monkeypatch.setattr(image_cells, "score", None)
+    monkeypatch.setattr(figure4, "score", None)
     assert figure4.run(tmp_path, paper=False, progress=silent, weights="1,10") == first
 
 
@@ -58,3 +60,12 @@ def test_figure_4_reads_what_it_judged_before(tmp_path, quality, monkeypatch):
 def test_weights_that_are_none_are_refused(tmp_path, weights):
     with pytest.raises(ParameterError, match="weights must be 1 to 8 whole numbers"):
         figure4.run(tmp_path, paper=False, progress=silent, weights=weights)
+
+
+def test_black_is_minus_1_and_white_is_1():
+    pixels = np.zeros((4, 6, 3), np.uint8)
+    pixels[0, :, 1] = 255
+    tensor = figure4.as_tensor([Image(pixels)])
+    assert tensor.shape == (1, 3, 4, 6)
+    assert tensor[0, 1, 0].tolist() == pytest.approx([1.0] * 6)
+    assert tensor[0, 0].unique().tolist() == [-1.0]
