@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +65,14 @@ class OpenTask:
     def train(self) -> Sequence[Example]:
         """The training examples, each prepared once."""
         return list(self.examples("train"))
+
+    def by_material(self, part: Literal["train", "test"]) -> dict[str, list[Example]]:
+        """Return the examples of a part by material, without those of none."""
+        found: dict[str, list[Example]] = {}
+        for example in self.train if part == "train" else self.test:
+            if example.material is not None:
+                found.setdefault(example.material, []).append(example)
+        return found
 
     def counts(self, part: str) -> Counter[str]:
         """Return the number of recordings of each material in a part, without reading them."""

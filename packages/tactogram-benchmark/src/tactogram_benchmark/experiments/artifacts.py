@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -11,7 +12,8 @@ from typing import Any, TypeVar
 
 from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.signal.io import write_text
+from tactogram.signal import Image, Signal
+from tactogram.signal.io import atomic_write, write_image, write_signal, write_text
 from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, simulate_to_store, train
 
 
@@ -103,6 +105,21 @@ def cached_result(
     file.parent.mkdir(parents=True, exist_ok=True)
     write_text(file, json.dumps(found, indent=1) + "\n")
     return found
+
+
+def write_items(folder: Path, items: Mapping[str, Signal | tuple[Signal, Image]]) -> Path:
+    """Write what people can rate: signals, some with an image, into ``items``; return their table ``items.csv``."""
+    rows = [("item", "vibration", "image")]
+    for item, given in items.items():
+        signal, image = given if isinstance(given, tuple) else (given, None)
+        place = f"items/{item.replace('/', '-').replace(' ', '-')}"
+        write_signal(folder / f"{place}.wav", signal)
+        if image is not None:
+            write_image(folder / f"{place}.png", image)
+        rows.append((item, f"{place}.wav", "" if image is None else f"{place}.png"))
+    with atomic_write(folder / "items.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)
+    return folder / "items.csv"
 
 
 def listed(text: str, known: Iterable[str], what: str) -> list[str]:

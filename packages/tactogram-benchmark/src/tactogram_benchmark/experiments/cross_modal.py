@@ -9,8 +9,6 @@ figures from real answers instead.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
@@ -28,9 +26,8 @@ from tactogram.evaluation import (
     save_figure,
 )
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_image, write_signal, write_text
 from tactogram.workflows import ProgressCallback, generate_rated_surfaces, load_run
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, origin_of, trained_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, origin_of, trained_run, write_items
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 
 PEOPLE = 20
@@ -100,7 +97,7 @@ def run(
     alone = {f"{WITHOUT_MODELS}/{n}": made.straight[n] for n in met}
     alone |= {f"{WITHOUT_IMAGES}/{n}": made.signals[n] for n in met}
     pairs = {f"{weight}/{n}": (made.signals[n], held[n]) for weight, held in shown.items() for n in met}
-    items = _write_items(folder, alone, pairs)
+    items = write_items(folder, {**alone, **pairs})
     if ratings:
         table, told_by = read_table(Path(ratings)).ratings, "people"
         tables = (table, table)
@@ -155,23 +152,6 @@ def _simulated(
         draw_people(PEOPLE, seed=seed, prefix=name) for seed, name in ((1, "judge"), (2, "viewer"))
     )
     return score_vibrations(alone, earlier, seed=0), score_together(pairs, later, seed=0)
-
-
-def _write_items(
-    folder: Path, alone: Mapping[str, Signal], pairs: Mapping[str, tuple[Signal, Image]]
-) -> Path:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(("item", "vibration", "image"))
-    for item, given in {**alone, **pairs}.items():
-        signal, image = given if isinstance(given, tuple) else (given, None)
-        name = item.replace("/", "-").replace(" ", "-")
-        write_signal(folder / "items" / f"{name}.wav", signal)
-        if image is not None:
-            write_image(folder / "items" / f"{name}.png", image)
-        table.writerow((item, f"items/{name}.wav", "" if image is None else f"items/{name}.png"))
-    write_text(folder / "items.csv", text.getvalue())
-    return folder / "items.csv"
 
 
 def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:

@@ -17,7 +17,7 @@ from tactogram.features import Protocol
 from tactogram.nn import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
 from tactogram.recipe import Preparation
 from tactogram.workflows import ProgressCallback, evaluate_pictures, train
-from tactogram_benchmark.experiments.artifacts import cached_result, find_or_simulate, spread
+from tactogram_benchmark.experiments.artifacts import cached_result, facts_of, find_or_simulate, spread
 
 MEASURES = (
     "lpips",
@@ -207,6 +207,29 @@ def _cell(
 def run_of(folder: Path, name: str, seed: int) -> Path:
     """Return the folder of a cell's run."""
     return folder / "runs" / f"{name}-{seed}"
+
+
+def facts_of_cells(
+    store: Store, settings: TableSettings, cells: Mapping[str, Sequence[Mapping[str, Any]]]
+) -> dict[str, Any]:
+    """Return the facts of a table in its result."""
+    row = next(iter(cells.values()))
+    facts = {"protocol": settings.protocol, "trainings": len(row)}
+    return {**facts_of(store), **facts, "pictures": row[0]["pictures"], "missing": row[0]["missing"]}
+
+
+def about_cells(result: Mapping[str, Any], chosen: str) -> str:
+    """Return the data and the number of trainings of a table, and what p is against, in words."""
+    kind = "simulated strokes" if result["simulated"] else "recordings"
+    return (
+        f"{result['data']}, {kind}, {result['protocol']}, {result['trainings']} trainings, {result['pictures']} test "
+        f"pairs, mean ± sd [p against {chosen}]"
+    )
+
+
+def cell_texts(row: Mapping[str, Any], *, digits: int = 4) -> list[str]:
+    """Return a row's figures on the test part, each with its p."""
+    return [text_of(row["test"][key], digits=digits) + p_text(row["p"][key]) for key in row["test"]]
 
 
 def shown(cells: Sequence[Mapping[str, Any]]) -> list[str]:

@@ -8,8 +8,6 @@ display signal nearest in words, which a model must outperform.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -29,7 +27,6 @@ from tactogram.evaluation import (
     word_map_figure,
 )
 from tactogram.signal import Signal
-from tactogram.signal.io import write_signal, write_text
 from tactogram.workflows import (
     ProgressCallback,
     crossval,
@@ -37,7 +34,14 @@ from tactogram.workflows import (
     generate_rated_surfaces,
     predicted_ratings,
 )
-from tactogram_benchmark.experiments.artifacts import facts_of, find_or_simulate, listed, spread, trained_run
+from tactogram_benchmark.experiments.artifacts import (
+    facts_of,
+    find_or_simulate,
+    listed,
+    spread,
+    trained_run,
+    write_items,
+)
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""
@@ -92,7 +96,7 @@ def run(
     first = next(iter(made.values()))[0]
     conditions = (STRAIGHT, NEAREST, *chosen)
     signals = _signals(first, made)
-    items = _write_signals(folder, signals)
+    items = write_items(folder, signals)
     plates = first.ratings.select(items=list(first.targets))
     human = {
         "one_rater_mae": float(np.nanmean(one_rater_error(plates.cube))),
@@ -225,20 +229,6 @@ def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path
         progress=progress,
     )
     return out, own
-
-
-def _write_signals(folder: Path, signals: Mapping[str, Signal]) -> Path:
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(("item", "condition", "plate", "file"))
-    for item, signal in signals.items():
-        condition, _, plate = item.partition("/")
-        path = folder / "signals" / f"{condition}-{plate}.wav"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_signal(path, signal)
-        table.writerow((item, condition, plate, path.relative_to(folder).as_posix()))
-    write_text(folder / "items.csv", text.getvalue())
-    return folder / "items.csv"
 
 
 def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]) -> dict[str, Any]:

@@ -19,13 +19,15 @@ from tactogram.cli.printing import columns
 from tactogram.datasets import Store
 from tactogram.evaluation import save_figure
 from tactogram.workflows import ProgressCallback
-from tactogram_benchmark.experiments.artifacts import facts_of, listed, spread
+from tactogram_benchmark.experiments.artifacts import listed, spread
 from tactogram_benchmark.experiments.picture_cells import (
+    about_cells,
     compared,
     data_of,
-    p_text,
+    facts_of_cells,
     table_cells,
     table_settings,
+    cell_texts,
     text_of,
 )
 
@@ -96,11 +98,7 @@ def run(
     rows = compared(trained, chosen)
     result = {
         "table": 3,
-        **facts_of(store),
-        "protocol": settings.protocol,
-        "trainings": trainings,
-        "pictures": first["pictures"],
-        "missing": first["missing"],
+        **facts_of_cells(store, settings, trained),
         "chosen_by": chosen_by,
         "chosen": chosen,
         "cells": {
@@ -163,20 +161,15 @@ def _surfaces(
 
 def _text(result: dict[str, Any]) -> str:
     rows = result["cells"]
-    measures = list(next(iter(rows.values()))["test"])
-    kind = "simulated strokes" if result["simulated"] else "recordings"
-    table = [("D x L", "published LPIPS", "validation", *measures)]
+    table = [("D x L", "published LPIPS", "validation", *rows[result["chosen"]]["test"])]
     for key, row in rows.items():
-        tested = (text_of(row["test"][name]) + p_text(row["p"][name]) for name in measures)
         published = "{:.4f} ± {:.4f}".format(*row["published_lpips"])
-        table.append((key + "*" * (key == result["chosen"]), published, text_of(row["validation"]), *tested))
+        table.append(
+            (key + "*" * (key == result["chosen"]), published, text_of(row["validation"]), *cell_texts(row))
+        )
     lines = [
-        f"visual_tactile_gan on {result['data']} ({kind}), {result['protocol']}, {result['trainings']} trainings, "
-        f"{result['pictures']} test pairs, mean ± sd [p against {result['chosen']}]; D x L",
+        f"visual_tactile_gan on {about_cells(result, result['chosen'])}; D x L",
         columns(table),
+        f"*: selected on the validation part, by {result['chosen_by']}. Published: real accelerations of LMT-108.",
     ]
-    lines.append(
-        f"*: selected on the validation part, by {result['chosen_by']}. Published: real accelerations of LMT-108."
-    )
-    lines += [f"{name}: {why}" for name, why in result["missing"].items()]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"{name}: {why}" for name, why in result["missing"].items())])

@@ -13,15 +13,16 @@ from typing import Any
 from tactogram.cli.printing import columns
 from tactogram.nn import VGG19
 from tactogram.workflows import ProgressCallback, compare_pictures
-from tactogram_benchmark.experiments.artifacts import facts_of, listed
+from tactogram_benchmark.experiments.artifacts import listed
 from tactogram_benchmark.experiments.picture_cells import (
+    about_cells,
     compared,
     data_of,
-    p_text,
+    facts_of_cells,
     run_of,
     table_cells,
     table_settings,
-    text_of,
+    cell_texts,
 )
 
 PROPOSED = "proposed"
@@ -106,15 +107,13 @@ def run(
     if all((place / "model.json").is_file() for place in runs.values()):
         attention = [name for name in (PROPOSED, "without CBN") if name in wanted]
         compare_pictures(runs, figure, attention=attention, progress=progress)
+    facts = facts_of_cells(store, settings, cells)
+    if VGG19.network in settings.missing:
+        facts["missing"] = facts["missing"] | {"perceptual loss": settings.missing[VGG19.network]}
     result = {
         "figure": str(figure) if figure.is_file() else None,
         "table": 4,
-        **facts_of(store),
-        "protocol": settings.protocol,
-        "trainings": trainings,
-        "pictures": cells[PROPOSED][0]["pictures"],
-        "missing": cells[PROPOSED][0]["missing"]
-        | ({"perceptual loss": settings.missing[VGG19.network]} if VGG19.network in settings.missing else {}),
+        **facts,
         "best": {
             measure: min(rows, key=lambda name: rows[name]["test"][measure]["mean"])
             for measure in rows[PROPOSED]["test"]
@@ -134,20 +133,14 @@ def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
 
 def _text(result: dict[str, Any]) -> str:
     rows = result["methods"]
-    measures = list(rows[PROPOSED]["test"])
-    kind = "simulated strokes" if result["simulated"] else "recordings"
-    table = [("", "published LPIPS", "published FID", *measures)]
+    table = [("", "published LPIPS", "published FID", *rows[PROPOSED]["test"])]
     for name, row in rows.items():
         lpips, fid = row["published_lpips"], row["published_fid"]
         published = "–" if lpips is None else f"{lpips[0]:.4f} ± {lpips[1]:.4f}"
         published_fid = "–" if fid is None else f"{fid[0]:.2f} ± {fid[1]:.2f}"
-        tested = (text_of(row["test"][key], digits=3) + p_text(row["p"][key]) for key in measures)
-        table.append((name, published, published_fid, *tested))
+        table.append((name, published, published_fid, *cell_texts(row, digits=3)))
     lines = [
-        f"Table 4 on {result['data']}, {kind}, {result['protocol']}, {result['trainings']} trainings, "
-        f"{result['pictures']} test pairs, mean ± sd [p against proposed]; published: real accelerations of LMT-108, "
-        "10 trainings",
+        f"Table 4 on {about_cells(result, PROPOSED)}; published: real accelerations of LMT-108, 10 trainings",
         columns(table),
     ]
-    lines += [f"{name}: {why}" for name, why in result["missing"].items()]
-    return "\n".join(lines)
+    return "\n".join([*lines, *(f"{name}: {why}" for name, why in result["missing"].items())])

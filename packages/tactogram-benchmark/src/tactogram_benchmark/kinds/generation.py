@@ -89,7 +89,7 @@ class _Compared:
     def examples(self) -> dict[str, list[Example]]:
         """Test examples that are asked, by material."""
         step = 2 if self.options.floor == "held-back" else 1
-        return {name: held[::step] for name, held in _by_material(self.opened.test).items()}
+        return {name: held[::step] for name, held in self.opened.by_material("test").items()}
 
     @cached_property
     def test(self) -> dict[str, list[Signal]]:
@@ -97,14 +97,14 @@ class _Compared:
 
     @cached_property
     def train(self) -> dict[str, list[Signal]]:
-        held = _by_material(self.opened.train)
+        held = self.opened.by_material("train")
         return {name: [felt(e.signal) for e in examples] for name, examples in held.items()}
 
     @cached_property
     def floor(self) -> dict[str, list[Signal]]:
         if self.options.floor == "train":
             return {}
-        held = _by_material(self.opened.test)
+        held = self.opened.by_material("test")
         return {name: [felt(e.signal) for e in examples[1::2]] for name, examples in held.items()}
 
     @cached_property
@@ -263,14 +263,6 @@ class Generation(TaskKind):
         if opened.kind.unit == "1" and opened.kind.domain == "displacement":
             figures["mean_friction_error"] = _mean_friction_error(compared, made)
         return Judgement(figures, (*notes, *result.notes), _shown(compared, made))
-
-
-def _by_material(examples: Sequence[Example]) -> dict[str, list[Example]]:
-    found: dict[str, list[Example]] = {}
-    for example in examples:
-        if example.material is not None:
-            found.setdefault(example.material, []).append(example)
-    return found
 
 
 def _condition(compared: _Compared, example: Example, stroke: Example | None, place: int) -> dict[str, Any]:

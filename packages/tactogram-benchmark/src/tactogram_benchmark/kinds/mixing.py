@@ -94,9 +94,7 @@ class Mixing(TaskKind):
         """
         options, kind = options_of(opened.task, MixingOptions), opened.kind
         weights = np.linspace(0, 1, options.steps).round(6)
-        recorded: dict[str, list[Signal]] = {}
-        for example in opened.test:
-            recorded.setdefault(str(example.material), []).append(example.signal)
+        recorded = {name: [e.signal for e in held] for name, held in opened.by_material("test").items()}
         error, monotone, half, off = {}, [], [], []
         for number, (start, end) in enumerate(options.pairs, 1):
             made = [
