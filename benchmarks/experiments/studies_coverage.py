@@ -32,7 +32,6 @@ KINDS = {"effect": 100_000, "none": 200_000, "margin": 300_000}
 """Kinds of effect, and offsets of their seeds, so that no two kinds share participants."""
 SHARE_OF_SEEDS = {"effect": 1.0, "none": 1.0, "margin": 0.5}
 """At the margin only the verdict is of interest: the interval behaves as with an effect."""
-KEPT = ("put_in", "estimate", "low", "high", "covers", "verdict")
 OTHERS = ("others", "others_covered", "others_shown", "others_equivalent")
 COLUMNS = (
     *("study", "with", "looked at", "studies", "truth", "bias", "covers (95 %)", "shown", "equivalent"),
@@ -76,7 +75,7 @@ def run(
     if unknown := set(chosen) - set(STUDIES):
         raise ParameterError(f"studies must be of {', '.join(STUDIES)}, got {', '.join(sorted(unknown))}")
     wanted = {
-        (name, kind): math.ceil((seeds or STUDIES[name].coverage.seeds) * share)
+        (name, kind): math.ceil((seeds or STUDIES[name].seeds) * share)
         for name in chosen
         for kind, share in SHARE_OF_SEEDS.items()
     }
@@ -102,11 +101,11 @@ class _Prepared:
     """One shipped study, with its effect of each kind."""
 
     def __init__(self, name: str, case: StudyCase, paper: bool) -> None:
-        self.changes = {} if paper else {**case.changes, **case.coverage.changes}
+        self.changes = {} if paper else dict(case.changes)
         self.study = Study.load(name, changes=self.changes)
-        self.findings = (*case.findings, *case.coverage.findings)
+        self.findings = case.findings
         self.effects = {
-            "effect": {**(case.coverage.effect or case.effect), **case.people},
+            "effect": {**case.effect, **case.people},
             "none": dict(case.people),
             "margin": {**at_margin(case, self.study), **case.people},
         }
@@ -119,11 +118,11 @@ class _Prepared:
         analysis = analyse(
             answers, plan=AnalysisPlan.of(self.study.planned, draws=draws, seed=seed)
         ).as_dict()
-        side = "none" if kind == "none" else "effect"
-        recovered = [
-            recovery(one, analysis, self.study, effect, seed=seed, kind=side) for one in self.findings
+        looked = [
+            recovery(one, analysis, self.study, effect, seed=seed, absent=kind == "none")
+            for one in self.findings
         ]
-        return {"seed": seed, "looked": [{key: one[key] for key in (*KEPT, *OTHERS)} for one in recovered]}
+        return {"seed": seed, "looked": looked}
 
     def summary(self, kind: str, lines: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         """Return each expected finding over all simulated studies."""
@@ -148,7 +147,7 @@ def at_margin(case: StudyCase, study: Study) -> dict[str, Any]:
         If the study gives no margin for one.
     """
     effect: dict[str, Any] = {}
-    for key, place in case.coverage.at_margin.items():
+    for key, place in case.at_margin.items():
         one = case.findings[place.place]
         margin = study.planned.values.get(place.margin)
         if margin is None:
@@ -175,7 +174,7 @@ def _beyond(
 
 
 def summary_of(said: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return counts and means of one expected finding over many studies, each with the keys `KEPT` and `OTHERS`."""
+    """Return counts and means of one expected finding over many studies, each as of `recovery`."""
     if not said:
         return {"studies": 0}
     n = len(said)

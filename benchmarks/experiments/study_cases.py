@@ -1,4 +1,4 @@
-"""Shipped studies with simulated effects: one declaration each, for the experiments that let them be taken."""
+"""Shipped studies with simulated effects, one declaration each."""
 
 from __future__ import annotations
 
@@ -42,31 +42,6 @@ class AtMargin:
 
 
 @dataclass(frozen=True)
-class CoverageCase:
-    """Differences of the coverage experiment from the one in the browser.
-
-    Parameters
-    ----------
-    at_margin : mapping from str to AtMargin
-        By the name of the effect. Each is alone in its kind, except in two-area, which has two.
-    findings : tuple of ExpectedFinding
-        Further ones.
-    changes : mapping
-        Further changes of the study, by dotted key.
-    effect : mapping
-        Fields of `SimulatedEffect`; by default those of the study.
-    seeds : int
-        Default number of simulated studies of each kind.
-    """
-
-    at_margin: Mapping[str, AtMargin]
-    findings: tuple[ExpectedFinding, ...] = ()
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    effect: Mapping[str, Any] = field(default_factory=dict)
-    seeds: int = 200
-
-
-@dataclass(frozen=True)
 class StudyCase:
     """One shipped study.
 
@@ -75,18 +50,23 @@ class StudyCase:
     effect : mapping
         Fields of `SimulatedEffect`.
     findings : tuple of ExpectedFinding
-        Confirmatory ones if the study has any of the effect.
+        Confirmatory ones first, if the study has any of the effect.
+    at_margin : mapping from str to AtMargin
+        By the name of the effect. Each is alone in its kind, except in two-area, which has two.
     changes : mapping
         Changes of the study that shorten it for two cores, by dotted key; reported with the result.
     people : mapping
         Fields of `SimulatedEffect` for participants with and without the effect.
+    seeds : int
+        Default number of simulated studies of each kind.
     """
 
     effect: Mapping[str, Any]
     findings: tuple[ExpectedFinding, ...]
-    coverage: CoverageCase
+    at_margin: Mapping[str, AtMargin]
     changes: Mapping[str, Any] = field(default_factory=dict)
     people: Mapping[str, Any] = field(default_factory=dict)
+    seeds: int = 200
 
 
 def _without(*names: str) -> Callable[[str], bool]:
@@ -120,7 +100,8 @@ STUDIES: Mapping[str, StudyCase] = {
             ),
             ExpectedFinding("Words", f"plate01 {REST}, rough", GAP, steps("plate01"), "steps"),
         ),
-        CoverageCase({"shift.plate01": AtMargin(0, "rating", 3.0)}, changes={**TWO_WORDS, "grid.count": 6}),
+        {"shift.plate01": AtMargin(0, "rating", 3.0)},
+        changes={**TWO_WORDS, "grid.count": 6},
         people=ALIKE,
     ),
     "evoked-words": StudyCase(
@@ -130,83 +111,67 @@ STUDIES: Mapping[str, StudyCase] = {
                 "Evoked", f"image001 {REST}, {WHOLE}", GAP, evoked("image001"), "share of words",
                 others=_other_items("image001"), tied=True,
             ),
+            ExpectedFinding("Evoked", "image002, rough", EXACT, half, "share", 0.5, others=_every, tied=True),
         ),
-        CoverageCase(
-            {"shift.image001": AtMargin(0, "evoked", 5.0)},
-            (ExpectedFinding("Evoked", "image002, rough", EXACT, half, "share", 0.5, others=_every, tied=True),),
-            changes={**TWO_WORDS, "design.set_size": 8, "grid.count": 8},
-        ),
-        changes={"design.set_size": 16, "grid.count": 16},
+        {"shift.image001": AtMargin(0, "evoked", 5.0)},
+        changes={**TWO_WORDS, "design.set_size": 8, "grid.count": 8},
         people=ALIKE,
     ),
     "abx": StudyCase(
-        {"d_prime": 2.0},
-        (ExpectedFinding("ABX", "all", "GEE", share_abx, "share correct", 0.5),),
-        CoverageCase(
-            {"d_prime": AtMargin(0, "abx", 5.0)},
-            (
-                ExpectedFinding(
-                    "ABX", "cloth", "GEE", share_abx, "share", 0.5, others=_without("all", "side"), tied=True
-                ),
-                ExpectedFinding("ABX", "cloth", EXACT, share_abx, "share", 0.5, others=_every, tied=True),
+        {"d_prime": 2.0, **DIFFERING},
+        (
+            ExpectedFinding("ABX", "all", "GEE", share_abx, "share correct", 0.5),
+            ExpectedFinding(
+                "ABX", "cloth", "GEE", share_abx, "share", 0.5, others=_without("all", "side"), tied=True
             ),
-            effect={"d_prime": 2.0, **DIFFERING},
+            ExpectedFinding("ABX", "cloth", EXACT, share_abx, "share", 0.5, others=_every, tied=True),
         ),
+        {"d_prime": AtMargin(0, "abx", 5.0)},
         changes={"design.repeats": 4},
     ),
     "display-words": StudyCase(
         {"shift": {"A": 1.0}},
-        (ExpectedFinding("Words", "A minus sensor", WILCOXON, steps("A", "sensor"), "steps", others=_without("A")),),
-        CoverageCase(
-            {"shift.A": AtMargin(0, "rating", 3.0)},
-            (
-                ExpectedFinding("Words", "A minus sensor", GAP, steps("A", "sensor"), "steps", others=_without("A")),
-            ),
-            changes={**TWO_WORDS, "grid.count": 2},
-            seeds=100,
+        tuple(
+            ExpectedFinding("Words", "A minus sensor", test, steps("A", "sensor"), "steps", others=_without("A"))
+            for test in (WILCOXON, GAP)
         ),
-        changes={"grid.count": 3},
+        {"shift.A": AtMargin(0, "rating", 3.0)},
+        changes={**TWO_WORDS, "grid.count": 2},
+        seeds=100,
     ),
     "image-words": StudyCase(
         {"shift": {"1000": 1.0}},
-        (ExpectedFinding("Words", "1 minus 1000", WILCOXON, steps("1", "1000"), "steps", others=_without("1000")),),
-        CoverageCase(
-            {"shift.1000": AtMargin(0, "rating", 3.0)},
-            (ExpectedFinding("Words", "1 minus 1000", GAP, steps("1", "1000"), "steps", others=_without("1000")),),
-            changes={**TWO_WORDS, "grid.count": 2},
-            seeds=100,
+        tuple(
+            ExpectedFinding("Words", "1 minus 1000", test, steps("1", "1000"), "steps", others=_without("1000"))
+            for test in (WILCOXON, GAP)
         ),
-        changes={"grid.count": 3},
+        {"shift.1000": AtMargin(0, "rating", 3.0)},
+        changes={**TWO_WORDS, "grid.count": 2},
+        seeds=100,
     ),
     "magnitude": StudyCase(
         {"exponent": 0.8},
-        (ExpectedFinding("Magnitude", "all", "log-log", lambda e, *_: e.exponent, "exponent"),),
-        CoverageCase(
-            {"exponent": AtMargin(0, "magnitude", 3.0)},
-            (ExpectedFinding("Magnitude", "all", GAP, lambda e, *_: e.exponent - 1, "exponent", math.nan),),
+        (
+            ExpectedFinding("Magnitude", "all", "log-log", lambda e, *_: e.exponent, "exponent"),
+            ExpectedFinding("Magnitude", "all", GAP, lambda e, *_: e.exponent - 1, "exponent", math.nan),
         ),
+        {"exponent": AtMargin(0, "magnitude", 3.0)},
     ),
     "two-area": StudyCase(
-        {"d_prime": 1.5, "shift": {"generated": -10.0}},
+        {"d_prime": 1.5, "shift": {"generated": -10.0}, **DIFFERING},
         (
             ExpectedFinding("Which", "all", "GEE", share_two_area, "share correct", 0.5),
             ExpectedFinding("Realism", "all", GAP, shifted("generated"), "mm"),
-        ),
-        CoverageCase(
-            {"d_prime": AtMargin(0, "which", 5.0), "shift.generated": AtMargin(1, "realism", 50.0)},
-            (
-                ExpectedFinding(
-                    "Which", "cloth", "GEE", share_two_area, "share", 0.5,
-                    others=_without("all", "side"), tied=True,
-                ),
-                ExpectedFinding("Which", "cloth", EXACT, share_two_area, "share", 0.5, others=_every, tied=True),
-                ExpectedFinding("Realism", "all", "linear mixed model", shifted("generated"), "mm"),
-                ExpectedFinding("Realism", "cloth", GAP, shifted("generated"), "mm", others=_without("all"), tied=True),
+            ExpectedFinding(
+                "Which", "cloth", "GEE", share_two_area, "share", 0.5,
+                others=_without("all", "side"), tied=True,
             ),
-            changes={"grid.items": ["cloth", "tile", "carpet", "cork-sheet"], "design.repeats": 2},
-            effect={"d_prime": 1.5, "shift": {"generated": -10.0}, **DIFFERING},
+            ExpectedFinding("Which", "cloth", EXACT, share_two_area, "share", 0.5, others=_every, tied=True),
+            ExpectedFinding("Realism", "all", "linear mixed model", shifted("generated"), "mm"),
+            ExpectedFinding("Realism", "cloth", GAP, shifted("generated"), "mm", others=_without("all"), tied=True),
         ),
-        changes={"design.repeats": 1},
+        {"d_prime": AtMargin(0, "which", 5.0), "shift.generated": AtMargin(1, "realism", 50.0)},
+        changes={"grid.items": ["cloth", "tile", "carpet", "cork-sheet"], "design.repeats": 2},
     ),
     "preference": StudyCase(
         {"shift": {"carpet": 1.5}},
@@ -215,37 +180,27 @@ STUDIES: Mapping[str, StudyCase] = {
                 "Preference", "carpet over cloth", "Bradley-Terry", shifted("carpet"), "log strength",
                 others=_without("carpet"),
             ),
+            ExpectedFinding("Preference", "carpet over cloth", EXACT, shifted("carpet", expit), "share", 0.5),
         ),
-        CoverageCase(
-            {"shift.carpet": AtMargin(0, "preference", 3.0)},
-            (ExpectedFinding("Preference", "carpet over cloth", EXACT, shifted("carpet", expit), "share", 0.5),),
-        ),
+        {"shift.carpet": AtMargin(0, "preference", 3.0)},
         changes={"design.comparisons": 30},
     ),
     "threshold": StudyCase(
         {"threshold_db": -25.0, "shift": {"tile": 8.0}},
         (  # of a threshold there is no absence
             ExpectedFinding("Staircases", "all", GAP, shifted("tile"), "dB", pair="tile minus carpet"),
-            ExpectedFinding("Staircases", "carpet", "logistic fits", level("carpet", SETTLED_3_DOWN), "dB", math.nan),
-            ExpectedFinding("Staircases", "tile", "logistic fits", level("tile", SETTLED_3_DOWN), "dB", math.nan),
-        ),
-        CoverageCase(
-            {"shift.tile": AtMargin(0, "staircase", 50.0)},
-            (
-                ExpectedFinding(
-                    "Staircases", "carpet", "mean of reversals", level("carpet", SETTLED_3_DOWN), "dB", math.nan
-                ),
-                ExpectedFinding(
-                    "Staircases", "tile", "mean of reversals", level("tile", SETTLED_3_DOWN), "dB", math.nan
-                ),
-                ExpectedFinding(
-                    "Staircases", "all", WILCOXON, shifted("tile"), "dB", pair="pseudomedian of tile minus carpet"
-                ),
+            *(
+                ExpectedFinding("Staircases", item, test, level(item, SETTLED_3_DOWN), "dB", math.nan)
+                for test in ("logistic fits", "mean of reversals")
+                for item in ("carpet", "tile")
             ),
-            changes={"design.reversals": 12, "design.most_trials": 120},  # as shipped
-            seeds=100,
+            ExpectedFinding(
+                "Staircases", "all", WILCOXON, shifted("tile"), "dB", pair="pseudomedian of tile minus carpet"
+            ),
         ),
-        changes={"design.reversals": 6, "design.most_trials": 40},
+        {"shift.tile": AtMargin(0, "staircase", 50.0)},
+        changes={"design.reversals": 12, "design.most_trials": 120},  # as shipped
+        seeds=100,
     ),
 }  # fmt: skip
 """By name of the study."""

@@ -12,10 +12,6 @@ from tactogram_study.analysis.findings import EQUIVALENT, SHOWN
 from tactogram_study.simulated_observer import SimulatedEffect
 from tactogram_study.study_file import Study
 
-RECOVERED, MISSED, NOT_FOUND = "recovered", "shown, outside the interval", "not shown"
-ABSENT, FALSE_ALARM = "equivalent within the margin", "false alarm"
-UNDECIDED, NO_MARGIN = "undecided", "not shown; the study gives no margin, so nothing can be equivalent"
-
 
 @dataclass(frozen=True)
 class ExpectedFinding:
@@ -58,9 +54,9 @@ def recovery(
     effect: SimulatedEffect,
     *,
     seed: int,
-    kind: str,
+    absent: bool,
 ) -> dict[str, Any]:
-    """Return truth, estimate, interval and outcome of one expected finding.
+    """Return truth, estimate, interval and verdict of one expected finding, and counts of the others of its test.
 
     Parameters
     ----------
@@ -72,25 +68,20 @@ def recovery(
         Of the participants.
     seed : int
         Of their answers.
-    kind : {"effect", "none"}
+    absent : bool
+        Whether nothing was put in.
     """
     findings = next(s["findings"] for s in analysis["sections"] if s["title"].startswith(one.section))
     same = [finding for finding in findings if finding["test"].startswith(one.test)]
     found = _in_order(_found(same, one.of), one.pair)
     truth = one.truth(effect, study, seed)
-    counted = one.others if kind == "none" or not one.tied else None
+    counted = one.others if absent or not one.tied else None
     alike = [finding for finding in same if finding["role"] == found["role"]]
     rest = [finding for finding in alike if counted is not None and counted(finding["of"])]
     return {
-        "of": f"{found['of']}: {found['measure']}",
-        "test": found["test"],
-        "unit": one.unit,
         "put_in": truth,
-        "nothing": None if math.isnan(one.nothing) else one.nothing,
-        **{key: found[key] for key in ("estimate", "low", "high", "p", "correction", "verdict")},
-        **{key: found[key] for key in ("margin", "equivalence_p", "participants", "n")},
+        **{key: found[key] for key in ("estimate", "low", "high", "verdict")},
         "covers": None if math.isnan(truth) else found["low"] <= truth <= found["high"],
-        "outcome": outcome_of(found, truth, one.nothing, kind),
         "others": len(rest),
         "others_covered": sum(_covers(f, one.nothing) for f in rest),
         "others_shown": sum(f["verdict"] == SHOWN for f in rest),
@@ -122,24 +113,3 @@ def _in_order(found: Mapping[str, Any], pair: str) -> Mapping[str, Any]:
 
 def _negative(found: Mapping[str, Any]) -> dict[str, Any]:
     return {**found, "estimate": -found["estimate"], "low": -found["high"], "high": -found["low"]}
-
-
-def outcome_of(found: Mapping[str, Any], truth: float, nothing: float, kind: str) -> str:
-    """Return whether an effect, or its absence, was recovered; a large p alone is never an absence.
-
-    ``truth`` and ``nothing`` are the true values with the effect and without one.
-    """
-    covers = found["low"] <= truth <= found["high"]
-    if kind == "effect":
-        if not found["verdict"]:
-            return RECOVERED if covers and not found["low"] <= nothing <= found["high"] else NOT_FOUND
-        if found["verdict"] != SHOWN or (found["estimate"] - nothing) * (truth - nothing) <= 0:
-            return NOT_FOUND
-        return RECOVERED if covers else MISSED
-    if not found["verdict"]:
-        return "the interval covers what is true" if covers else MISSED
-    if found["verdict"] == SHOWN:
-        return FALSE_ALARM
-    if found["margin"] is None:
-        return NO_MARGIN
-    return ABSENT if found["verdict"] == EQUIVALENT else UNDECIDED

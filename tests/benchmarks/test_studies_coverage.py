@@ -42,7 +42,7 @@ def test_at_the_margin_the_truth_is_the_margin():
     for name in ("plate-words", "abx", "preference", "threshold", "two-area"):
         prepared = _Prepared(name, STUDIES[name], paper=False)
         effect = SimulatedEffect(**prepared.effects["margin"])
-        for place in STUDIES[name].coverage.at_margin.values():
+        for place in STUDIES[name].at_margin.values():
             one = prepared.findings[place.place]
             apart = abs(one.truth(effect, prepared.study, 0) - one.nothing)
             assert apart == pytest.approx(prepared.study.planned.values[place.margin], rel=1e-6)

@@ -1,4 +1,4 @@
-"""The truth that a recovery is held against, by rule and by many simulated answers; and what counts as recovered."""
+"""The truth that a recovery is held against, by rule and by many simulated answers."""
 
 import numpy as np
 import pytest
@@ -37,27 +37,6 @@ def test_steps_are_rounded_and_held_at_the_ends():
     drawn = np.clip(np.round(5.5 + 1.4 * rng.standard_normal(200_000)), 1, 7)
     assert study_truths.expected_steps(5.5, 1.4, 1, 7) == pytest.approx(drawn.mean(), abs=0.01)
     assert study_truths.expected_steps(4, 1.4, 1, 7) == pytest.approx(4)
-
-
-def found(estimate, low, high, verdict, margin=None):
-    return {"estimate": estimate, "low": low, "high": high, "verdict": verdict, "margin": margin}
-
-
-@pytest.mark.parametrize(
-    ("finding", "truth", "kind", "outcome"),
-    [
-        (found(1.0, 0.8, 1.2, "shown"), 1.1, "effect", recovery.RECOVERED),
-        (found(1.0, 0.8, 1.2, "shown"), 1.5, "effect", recovery.MISSED),
-        (found(1.0, -0.1, 2.1, "not shown"), 1.5, "effect", recovery.NOT_FOUND),
-        (found(-1.0, -1.2, -0.8, "shown"), 1.0, "effect", recovery.NOT_FOUND),
-        (found(0.1, -0.1, 0.3, "not shown"), 0.0, "none", recovery.NO_MARGIN),
-        (found(0.1, -0.1, 0.3, "undecided", 0.2), 0.0, "none", recovery.UNDECIDED),
-        (found(0.1, -0.1, 0.3, "equivalent within the margin", 0.5), 0.0, "none", recovery.ABSENT),
-        (found(0.5, 0.3, 0.7, "shown", 0.2), 0.0, "none", recovery.FALSE_ALARM),
-    ],
-)
-def test_an_absence_takes_a_margin_and_an_effect_its_interval(finding, truth, kind, outcome):
-    assert recovery.outcome_of(finding, truth, 0.0, kind) == outcome
 
 
 def test_a_pair_that_stands_the_other_way_round_is_turned():

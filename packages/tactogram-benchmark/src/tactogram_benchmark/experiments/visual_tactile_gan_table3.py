@@ -22,12 +22,12 @@ from tactogram.workflows import ProgressCallback
 from tactogram_benchmark.experiments.artifacts import listed, spread
 from tactogram_benchmark.experiments.picture_cells import (
     about_cells,
+    cell_texts,
     compared,
     data_of,
     facts_of_cells,
     table_cells,
     table_settings,
-    cell_texts,
     text_of,
 )
 

@@ -16,13 +16,13 @@ from tactogram.workflows import ProgressCallback, compare_pictures
 from tactogram_benchmark.experiments.artifacts import listed
 from tactogram_benchmark.experiments.picture_cells import (
     about_cells,
+    cell_texts,
     compared,
     data_of,
     facts_of_cells,
     run_of,
     table_cells,
     table_settings,
-    cell_texts,
 )
 
 PROPOSED = "proposed"
