@@ -95,16 +95,33 @@ def run(
     }
     first = next(iter(made.values()))[0]
     conditions = (STRAIGHT, NEAREST, *chosen)
-    signals = _signals(first, made)
+    rated = {STRAIGHT: first.straight, NEAREST: first.nearest}
+    rated |= {name: held[0].signals for name, held in made.items()}
+    signals = {f"{name}/{item}": one for name, held in rated.items() for item, one in held.items()}
     items = write_items(folder, signals)
     plates = first.ratings.select(items=list(first.targets))
+    rater, own = _rater(folder, store, progress)
+    tables = _tables(folder, store, signals, rater=rater, ratings=ratings, words=plates.words)
     human = {
         "one_rater_mae": float(np.nanmean(one_rater_error(plates.cube))),
         "split_half_mae": float(np.nanmean(split_half_error(plates.cube, rng=np.random.default_rng(0)))),
     }
-    rater, own = _rater(folder, store, progress)
-    tables = _tables(folder, store, signals, rater=rater, ratings=ratings, words=plates.words)
-    told = _told(folder, tables, first.targets, conditions, human=human, own=own["mean"]["mae"])
+    of_people = {"one rater of the plates, the others": human["one_rater_mae"]}
+    of_model = {
+        "half of the plates' raters, other half": human["split_half_mae"],
+        "the rater model itself": own["mean"]["mae"],
+    }
+    told = {
+        by: evaluate_reproduction(
+            table,
+            first.targets,
+            conditions=conditions,
+            told_by=by,
+            out=folder / f"figure7-{by.replace(' ', '-')}.png",
+            beside=of_model if by.startswith(RATER_MODEL) else of_people,
+        )
+        for by, table in tables.items()
+    }
     shown_by = next((by for by in ("people", SIMULATED_RATERS) if by in tables), next(iter(tables)))
     result: dict[str, Any] = {
         "figure": 7,
@@ -128,43 +145,6 @@ def run(
         "published": {"below_sensor_p_001": list(SIGNIFICANT), "not": ["A"], "failed": ["E"]},
     }
     return result | {"text": figure7_text(result, conditions)}
-
-
-def _signals(first: Any, made: Mapping[str, list[Any]]) -> dict[str, Signal]:
-    """Return the rated signals: the sensor's, the nearest, and those of each group's first training."""
-    signals = {f"{STRAIGHT}/{item}": one for item, one in first.straight.items()}
-    signals |= {f"{NEAREST}/{item}": one for item, one in first.nearest.items()}
-    for name, held in made.items():
-        signals |= {f"{name}/{item}": one for item, one in held[0].signals.items()}
-    return signals
-
-
-def _told(
-    folder: Path,
-    tables: Mapping[str, Ratings],
-    targets: Mapping[str, Any],
-    conditions: tuple[str, ...],
-    *,
-    human: Mapping[str, float],
-    own: float,
-) -> dict[str, Any]:
-    """Return the errors of each condition by raters, beside the raters' own errors."""
-    of_people = {"one rater of the plates, the others": human["one_rater_mae"]}
-    of_model = {
-        "half of the plates' raters, other half": human["split_half_mae"],
-        "the rater model itself": own,
-    }
-    return {
-        by: evaluate_reproduction(
-            table,
-            targets,
-            conditions=conditions,
-            told_by=by,
-            out=folder / f"figure7-{by.replace(' ', '-')}.png",
-            beside=of_model if by.startswith(RATER_MODEL) else of_people,
-        )
-        for by, table in tables.items()
-    }
 
 
 def chosen_groups(groups: str) -> list[str]:
