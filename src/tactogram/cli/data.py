@@ -32,11 +32,13 @@ def _import_text(report: dict[str, Any]) -> str:
     from tactogram.cli.import_preview import preview_text, several_rates
     from tactogram.datasets.reading import in_one_line
 
-    lines = [f"skipped: {in_one_line(kind)}" for kind in report["problems"]]
-    lines += [f"note: {in_one_line(kind)}" for kind in report["notes"]]
-    lines += [f"to answer: {report['question']}"] if report.get("question") else []
     flags = flags_of(VERBS["data import"])
-    said = [with_options(line, flags) for line in lines]
+    said = [
+        f"{head}: {in_one_line({**kind, 'text': with_options(kind['text'], flags)})}"
+        for head, kinds in (("skipped", report["problems"]), ("note", report["notes"]))
+        for kind in kinds
+    ]
+    said += [f"to answer: {with_options(report['question'], flags)}"] if report.get("question") else []
     if "layouts" in report:
         return preview_text(report, said)
     listed = ("skipped", "problems", "notes", "duplicates", "several_rates_hz")

@@ -77,6 +77,6 @@ def given_latent(condition: Condition, size: int, *, piece: int = 0) -> dict[int
     latent = np.asarray(condition["latent"], np.float32)
     if latent.shape != (size,) or not (np.abs(latent) <= 1).all():
         raise ParameterError(
-            f"latent must be {size} numbers in -1 to 1, got shape {latent.shape}", parameter="latent"
+            f"must be {size} numbers in -1 to 1, got shape {latent.shape}", parameter="latent"
         )
     return {piece: torch.from_numpy(latent)}

@@ -91,7 +91,7 @@ class PhotoTranslation(Saved):
             raise ParameterError("photographs and recordings are paired by material, and none has one")
         if kind.domain != "time":
             raise ParameterError(
-                f"recordings must be over time, got ones over {kind.domain}; take frictgan or texture_flow",
+                f"must be over time, got ones over {kind.domain}; take frictgan or texture_flow",
                 parameter="recordings",
             )
         if len(kind.axes) != 1:

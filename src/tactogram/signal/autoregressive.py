@@ -63,7 +63,7 @@ class AutoregressiveModel:
         mean = _fixed(np.zeros(n) if self.mean is None else self.mean)
         if n == 0 or reflection.ndim != 2 or len(reflection) != n:
             raise ParameterError(
-                f"reflection must be ({n} axes, order), got shape {reflection.shape}", parameter="reflection"
+                f"must be ({n} axes, order), got shape {reflection.shape}", parameter="reflection"
             )
         if not np.all(np.abs(reflection) < 1):
             raise ParameterError(
@@ -71,7 +71,7 @@ class AutoregressiveModel:
             )
         if innovation.shape != (n, n) or mean.shape != (n,):
             raise ParameterError(
-                f"innovation must be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}",
+                f"must be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}",
                 parameter="innovation",
             )
         if not (np.isfinite(innovation).all() and np.isfinite(mean).all()):
@@ -183,7 +183,7 @@ class AutoregressiveModel:
         _same(self, signal)
         if len(signal) <= self.order:
             raise ParameterError(
-                f"signal must be longer than the order {self.order}, got {len(signal)} samples",
+                f"must be longer than the order {self.order}, got {len(signal)} samples",
                 parameter="signal",
             )
         forward = signal.samples.astype(np.float64) - np.asarray(self.mean)[:, None]

@@ -66,7 +66,7 @@ def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
         k = a[m]
         if not abs(k) < 1:
             raise ParameterError(
-                f"filter must be stable (roots inside the unit circle), got reflection coefficient {k:g}",
+                f"must be stable (roots inside the unit circle), got reflection coefficient {k:g}",
                 parameter="filter",
             )
         reflection[m - 1] = k

@@ -180,7 +180,7 @@ def signal_of(value: object, name: str = "signal") -> Signal:
         else "make one, `Signal(samples, rate, unit)`"
     )
     raise ParameterError(
-        f"{name} must be a Signal, which states its rate and unit, got {got}; {how}",
+        f"must be a Signal, which states its rate and unit, got {got}; {how}",
         parameter=name,
         value=value,
         expected="a Signal",
@@ -195,11 +195,9 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     except ValueError as error:
         raise ParameterError.must("samples", f"be an array (axis, time): {one_line(error)}") from None
     if array.ndim not in (1, 2) or array.size == 0:
-        raise ParameterError(
-            f"samples must be (axis, time), not empty, got shape {array.shape}", parameter="samples"
-        )
+        raise ParameterError(f"must be (axis, time), not empty, got shape {array.shape}", parameter="samples")
     if array.dtype.kind not in "fiub":
-        raise ParameterError(f"samples must be real numbers, got dtype {array.dtype}", parameter="samples")
+        raise ParameterError(f"must be real numbers, got dtype {array.dtype}", parameter="samples")
     array = np.atleast_2d(array)
     if array.dtype != np.float32 or array.flags.writeable:
         with np.errstate(over="ignore"):
@@ -207,7 +205,7 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     if not np.isfinite(array).all():
         axis, place = np.argwhere(~np.isfinite(array))[0]
         raise ParameterError(
-            f"samples must be finite, got {array[axis, place]} at axis {axis}, sample {place}",
+            f"must be finite, got {array[axis, place]} at axis {axis}, sample {place}",
             parameter="samples",
         )
     array.flags.writeable = False
@@ -233,7 +231,7 @@ class Image:
         pixels = np.asarray(self.pixels)
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
             raise ParameterError(
-                f"pixels must be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}",
+                f"must be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}",
                 parameter="pixels",
             )
         if self.mm_per_pixel is not None and not 0 < self.mm_per_pixel < np.inf:

@@ -59,9 +59,7 @@ class ConditionMap:
     def __init__(self, conditions: ArrayLike, *, triangles: ArrayLike | None = None) -> None:
         points = np.array(conditions, np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
-            raise ParameterError(
-                f"conditions must be (condition, 2), got shape {points.shape}", parameter="conditions"
-            )
+            raise ParameterError(f"must be (condition, 2), got shape {points.shape}", parameter="conditions")
         known = ~np.isnan(points)
         if not np.array_equal(known.all(axis=0), known.any(axis=0)):
             raise ParameterError("a speed or force must be known for every model or for none")
@@ -135,7 +133,7 @@ class ModelMap(ConditionMap, Generic[M]):
         shape = np.shape(conditions)
         if not models or shape != (len(models), 2):
             raise ParameterError(
-                f"conditions must be ({len(models)} models, 2), got shape {shape}", parameter="conditions"
+                f"must be ({len(models)} models, 2), got shape {shape}", parameter="conditions"
             )
         super().__init__(conditions, triangles=triangles)
         self.models = tuple(models)

@@ -66,7 +66,7 @@ class ToneProcess:
         """Add the next samples to ``out``, (axis, time); ``moving`` if the parameters at the end are others."""
         if first.frequency.shape != last.frequency.shape:
             raise ParameterError(
-                f"tones must keep their lines, got {len(first.frequency)}, then {len(last.frequency)}",
+                f"must keep their lines, got {len(first.frequency)}, then {len(last.frequency)}",
                 parameter="tones",
             )
         if not len(first.frequency):

@@ -92,7 +92,7 @@ def _divide_responses(export: Export, low: float) -> None:
     response = next((n for n, name in enumerate(export.headings) if name in ("response", "responses")), None)
     if response is None or not rated:
         raise DataError(
-            f"{export.path}: jsPsych: no trial asks for ratings, as survey-likert, but {', '.join(types)}"
+            export.path, f"jsPsych: no trial asks for ratings, as survey-likert, but {', '.join(types)}"
         )
     others = ", ".join(name for name in types if name not in rated)
     export.leave_out(f"of other plugins ({others})", [n for n, row in export.rows if row[kind] not in rated])

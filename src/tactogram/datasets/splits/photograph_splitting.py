@@ -64,7 +64,7 @@ def split_photographs(
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")
     if gap < 0 or smallest < 1:
         raise ParameterError(
-            f"gap must be >= 0 and smallest >= 1 pixels, got {gap} and {smallest}", parameter="gap"
+            f"must be >= 0 and smallest >= 1 pixels, got {gap} and {smallest}", parameter="gap"
         )
     materials, shared = _uses(store, split)
     dealt: dict[str, list[Region]] = {part: [] for part in split.parts}

@@ -73,7 +73,7 @@ def split_last(
     recordings is a `ParameterError`.
     """
     if n < 1 or validation < 0:
-        raise ParameterError(f"n must be >= 1 and validation >= 0, got {n} and {validation}", parameter="n")
+        raise ParameterError(f"must be >= 1 and validation >= 0, got {n} and {validation}", parameter="n")
     infos = list(index)
     parts: dict[str, list[str]] = {"train": [], "test": [], "validation": []}
     for material, members in _strata(sorted(infos, key=natural_order), label).items():

@@ -108,8 +108,9 @@ def errors(path: RemotePath) -> Iterator[None]:
         raise
     except (OSError, pa.ArrowException) as error:
         raise DataError(
-            f"{path}: {one_line(error)}; check the address, the network and the credentials (AWS_ACCESS_KEY_ID and "
-            "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE; AWS_ENDPOINT_URL)"
+            path,
+            f"{one_line(error)}; check the address, the network and the credentials (AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE; AWS_ENDPOINT_URL)",
         ) from error
 
 

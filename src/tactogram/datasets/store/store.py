@@ -48,7 +48,7 @@ def open_store(path: Path | str) -> Store:
     """
     store = Store(location(path))
     if store.facts.unfinished is not None:
-        raise DataError(f"{path}: unfinished; repeat the import or simulation that was making it")
+        raise DataError(path, "unfinished; repeat the import or simulation that was making it")
     return store
 
 
@@ -192,7 +192,7 @@ class Store:
         first, last, _ = slice(start, stop).indices(length)
         if last <= first:
             raise ParameterError(
-                f"samples must lie in 0 to {length} of {id}, got {start} to {stop}", parameter="samples"
+                f"must lie in 0 to {length} of {id}, got {start} to {stop}", parameter="samples"
             )
         facts, axes = self.streams[stream], shard.axes[stream][row]
         samples = np.stack([shard.read(axis_column(stream, axis), row, first, last) for axis in axes])

@@ -279,7 +279,7 @@ def plan_pieces(
     """
     if not (longest_s > 0 and most >= 1):
         raise ParameterError(
-            f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}", parameter="longest_s"
+            f"must be > 0 and most >= 1, got {longest_s:g} and {most}", parameter="longest_s"
         )
     every = [part[material] for part in (train, test) for material in test]
     rate = every[0][0].rate

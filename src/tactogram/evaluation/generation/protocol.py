@@ -284,7 +284,7 @@ def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
     if MODEL not in sets:
         raise ParameterError.must("sets", f"hold {MODEL!r}", ", ".join(sets) or "none")
     if not test:
-        raise ParameterError("test must hold a recording, got none", parameter="test")
+        raise ParameterError("must hold a recording, got none", parameter="test")
     for name, part in {TEST: test, "train": train, **sets}.items():
         for material in test:
             if not part.get(material):
@@ -297,5 +297,5 @@ def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
     }
     if len(kinds) != 1:
         raise ParameterError(
-            f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
+            f"must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
         )

@@ -35,7 +35,7 @@ def wilson(share: float, trials: int) -> Accuracy:
     """
     if trials < 1 or not 0 <= share <= 1:
         raise ParameterError(
-            f"share must be in 0..1 and trials >= 1 for an interval, got {share} and {trials}",
+            f"must be in 0..1 and trials >= 1 for an interval, got {share} and {trials}",
             parameter="share",
         )
     z = float(norm.ppf(0.975))

@@ -103,12 +103,12 @@ def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
     kinds = {(s.rate, s.unit, s.axes) for s in every}
     if len(kinds) != 1:
         raise ParameterError(
-            f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
+            f"must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
         )
     for signal in every:
         if _over_time(signal).seconds < shortest_s * (1 - 1e-9):
             raise ParameterError(
-                f"signals must last at least {shortest_s:g} s, got {signal.seconds:.3g} s",
+                f"must last at least {shortest_s:g} s, got {signal.seconds:.3g} s",
                 parameter="signals",
             )
     return every[0]
@@ -131,5 +131,5 @@ def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
 
 def _over_time(signal: Signal) -> Signal:
     if signal.domain != "time":
-        raise ParameterError("signals must be over time, got one over displacement", parameter="signals")
+        raise ParameterError("must be over time, got one over displacement", parameter="signals")
     return signal

@@ -88,7 +88,7 @@ def nearness(
             largest[number] = max(largest[number], float(np.abs(correlation * inverse).max()))
     if not found:
         raise ParameterError(
-            f"trained must hold a signal of {seconds:g} s, got none; use shorter pieces", parameter="trained"
+            f"must hold a signal of {seconds:g} s, got none; use shorter pieces", parameter="trained"
         )
     return np.minimum(largest, 1.0)
 
@@ -97,14 +97,14 @@ def _pieces(signals: Sequence[Signal], seconds: float) -> NDArray[np.float32]:
     """Return the pieces of ``signals``, each scaled to energy 1: float32, shape (piece, axis, time)."""
     length = round(seconds * signals[0].rate) if 0 < seconds < np.inf else 0
     if length < 2:
-        raise ParameterError(f"pieces must last at least two samples, got {seconds} s", parameter="pieces")
+        raise ParameterError(f"must last at least two samples, got {seconds} s", parameter="pieces")
     pieces = []
     for signal in signals:
         x = without_drift(signal.samples.astype(np.float64), signal.rate)
         pieces += [x[:, k : k + length] for k in range(0, len(signal) - length + 1, length // 2)]
     if not pieces:
         raise ParameterError(
-            f"signals must hold one of {seconds:g} s, got none; use shorter pieces", parameter="signals"
+            f"must hold one of {seconds:g} s, got none; use shorter pieces", parameter="signals"
         )
     stack = np.stack(pieces)
     size = np.sqrt(np.sum(stack**2, axis=(1, 2), keepdims=True))

@@ -183,7 +183,7 @@ def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
     """
     if said.ndim != 3 or asked.shape != (len(said), said.shape[2]) or len(asked) < 3:
         raise ParameterError(
-            "asked must be (label, word) of at least 3 labels and said (label, draw, word), "
+            "must be (label, word) of at least 3 labels and said (label, draw, word), "
             f"got {asked.shape} and {said.shape}",
             parameter="asked",
         )

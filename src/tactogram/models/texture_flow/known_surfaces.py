@@ -194,7 +194,7 @@ class KnownSurfaces:
         surface = self.spectra.measure(signals)
         if surface is None:
             raise ParameterError(
-                f"recordings must have at least {self.spectra.samples(2)} samples, got none of {name}; "
+                f"must have at least {self.spectra.samples(2)} samples, got none of {name}; "
                 f"shorten config.{self.spectra.window}",
                 parameter="recordings",
             )

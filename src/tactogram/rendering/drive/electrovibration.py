@@ -207,7 +207,7 @@ def modulated(
         raise UnitError(f"a friction coefficient must have unit 1, got {target.unit}")
     if target.domain != "time" or len(target.axes) != 1:
         raise ParameterError(
-            "friction must be one axis over time (played along a finger's path first), got "
+            "must be one axis over time (played along a finger's path first), got "
             f"{len(target.axes)} over {target.domain}",
             parameter="friction",
         )

@@ -119,7 +119,7 @@ class PathPlayback:
     ) -> None:
         if texture.domain != "displacement" or len(texture.axes) != 1 or len(texture) < 2:
             raise ParameterError(
-                "texture must be one axis over displacement with at least two samples, got "
+                "must be one axis over displacement with at least two samples, got "
                 f"{len(texture.axes)} over {texture.domain} with {len(texture)}",
                 parameter="texture",
             )

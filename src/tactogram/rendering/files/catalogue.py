@@ -117,7 +117,7 @@ def recognised_format(document: Any, path: Path) -> HapticFormat:
     recognised = (format for format in formats.values() if format.recognise(document))
     format = next(recognised, None)
     if format is None:
-        raise DataError(f"{path}: is none of {', '.join(formats)}; name its format")
+        raise DataError(path, f"is none of {', '.join(formats)}; name its format")
     return format
 
 

@@ -49,11 +49,11 @@ def check_archive(
         with zipfile.ZipFile(file) as archive:
             problem = _problem(archive, most, most_members)
     except UnpackedSizeError as error:
-        raise UnpackedSizeError(f"{where}: {error}") from None
+        raise UnpackedSizeError(where, error) from None
     except Exception as error:  # zipfile and numpy raise whatever a damaged head leads to
-        raise DataError(f"{where}: truncated or damaged: {one_line(error)}") from None
+        raise DataError(where, f"truncated or damaged: {one_line(error)}") from None
     if problem:
-        raise DataError(f"{where}: {problem}")
+        raise DataError(where, problem)
 
 
 def check_size(count: int, path: Path) -> None:
@@ -61,7 +61,7 @@ def check_size(count: int, path: Path) -> None:
     most = max(SMALL, MOST_GROWTH * path.stat().st_size)
     if count > most:
         raise UnpackedSizeError(
-            f"{path}: must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it"
+            path, f"must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it"
         )
 
 
@@ -73,7 +73,7 @@ def unpacked(path: Path) -> dict[str, bytes]:
     raw, suffix = path.read_bytes(), path.suffix.lower()
     most = max(SMALL, MOST_GROWTH * len(raw))
     if not raw:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     try:
         if suffix == ".zip":
             check_archive(io.BytesIO(raw), path)
@@ -84,7 +84,7 @@ def unpacked(path: Path) -> dict[str, bytes]:
                 texts = [name for name in texts if not _BESIDE.search(name)]
                 if not texts:
                     raise DataError(
-                        f"{path}: holds no .csv, .tsv or .txt; unpack it, and read its files one by one"
+                        path, "holds no .csv, .tsv or .txt; unpack it, and read its files one by one"
                     )
                 return {f"{path}/{name}": archive.read(name) for name in texts}
         if suffix == ".xz":
@@ -93,7 +93,7 @@ def unpacked(path: Path) -> dict[str, bytes]:
             with (gzip if suffix == ".gz" else bz2).open(io.BytesIO(raw)) as file:
                 text = file.read(most + 1)
     except (*ZIP_ERRORS, lzma.LZMAError) as error:
-        raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
+        raise DataError(path, f"truncated or damaged: {one_line(error)}") from None
     check_size(len(text), path)
     return {str(path): text}
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Remedy
 from tactogram.signal.io.content import RawTable
 from tactogram.signal.io.stamps import stamp_kind
 from tactogram.signal.io.vocabulary import Heading, heading, headings_of, time_unit_of, words_of
@@ -199,8 +199,9 @@ def choose_clock(
     spelled = found[best].unit
     if clocks[best] is None and spelled and re.fullmatch(r"[a-zµ]{1,3}", spelled):
         raise DataError(
-            f"{table.path}: unit {spelled!r} of time column {table.headings[best]!r} is not known: say it, e.g. "
-            f"`time={found[best].name} [ms]`"
+            table.path,
+            f"unit {spelled!r} of time column {table.headings[best]!r} is not known",
+            remedy=Remedy("say it, e.g.", "time", f"{found[best].name} [ms]"),
         )
     return _with_unit(best, clocks[best], table, rate)
 
@@ -216,9 +217,9 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     if typical == 0:
         if len(values) > 1:
             raise DataError(
-                f"{table.path}: time column {name!r} must go forward, its stamps are all {values[0]:g}"
+                table.path, f"time column {name!r} must go forward, its stamps are all {values[0]:g}"
             )
-        raise DataError(f"{table.path}: expected two rows of numbers or more, got {len(values)}")
+        raise DataError(table.path, f"expected two rows of numbers or more, got {len(values)}")
     size = float(np.abs(values).max(initial=0.0))
     for candidate, low, high, since in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
@@ -239,9 +240,12 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         likely = [c for c in rates if 1 <= rates[c] <= 1e6]
         listed = ", ".join(f"{rates[c]:g} Hz in {c}" for c in likely)
         raise DataError(
-            f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
-            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only "
-            "counts"
+            table.path,
+            f"time column {name!r} without unit goes in steps of {typical:g} ({listed})",
+            remedy=(
+                Remedy("say its unit,", "time", f"{name} [{likely[len(likely) // 2] if likely else 's'}]"),
+                Remedy("if it only counts, the rate, e.g.", "rate", 100),
+            ),
         )
     unit = fitting[0]
     hertz = f"{1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
@@ -264,9 +268,9 @@ def _ask(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
             and float(np.ptp(column)) == 0
         ):
             raise DataError(
-                f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}; give "
-                f"the "
-                "rate instead, e.g. `rate=1000`"
+                table.path,
+                f"time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}",
+                remedy=Remedy("give the rate instead, e.g.", "rate", 1000),
             )
     for each, column in zip(found, table.columns, strict=True):
         if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:
@@ -275,8 +279,12 @@ def _ask(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
         if (steps > 0).all() and float(np.ptp(steps)) <= 0.01 * abs(float(steps.mean())):
             others = [other.name for other in found if other is not each]
             raise DataError(
-                f"{table.path}: column {each.name!r} goes in even steps: is it the time, `time={each.name} [s]`, or an "
-                f"axis, `axes={','.join([each.name, *others])}` with a rate?"
+                table.path,
+                f"column {each.name!r} goes in even steps: is it the time or an axis?",
+                remedy=(
+                    Remedy("state the time,", "time", f"{each.name} [s]"),
+                    Remedy("with a rate the axes,", "axes", ",".join([each.name, *others])),
+                ),
             )
 
 
@@ -289,7 +297,7 @@ def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, s
                 return candidates.index(wanted), stated
         if wanted.isdigit() and 1 <= int(wanted) <= len(found):
             return int(wanted) - 1, stated
-    raise DataError(f"{table.path}: no column {time!r}, there are {', '.join(table.headings)}")
+    raise DataError(table.path, f"no column {time!r}, there are {', '.join(table.headings)}")
 
 
 def ticks_evenly(values: NDArray[np.generic]) -> bool:

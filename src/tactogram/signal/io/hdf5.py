@@ -28,7 +28,7 @@ def tables(path: Path) -> list[RawTable]:
     and references, which MATLAB writes for its cells, not read.
     """
     if path.stat().st_size == 0:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     h5py = imported("h5py", extra="formats", what="HDF5 files, and MAT files of version 7.3")
     found: dict[str, Any] = {}
     arrays: dict[str, NDArray[Any]] = {}
@@ -55,12 +55,13 @@ def tables(path: Path) -> list[RawTable]:
     except UnpackedSizeError:
         raise
     except Exception as error:  # h5py raises whatever a damaged file leads to
-        raise DataError(f"{path}: truncated or not an HDF5 file: {one_line(error)}") from None
+        raise DataError(path, f"truncated or not an HDF5 file: {one_line(error)}") from None
     if not any(
         values.dtype.names or (values.dtype.kind in "fiub" and values.size > 1) for values in arrays.values()
     ):
         raise DataError(
-            f"{path}: no numbers; MATLAB's tables and cells are objects that it alone reads: save them as variables"
+            path,
+            "no numbers; MATLAB's tables and cells are objects that it alone reads: save them as variables",
         )
     return array_tables(path, arrays, units=units)
 

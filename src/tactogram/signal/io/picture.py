@@ -78,7 +78,7 @@ def decode_image_metadata(data: bytes, *, name: str) -> dict[str, Any]:
     try:
         found = json.loads(text)
     except ValueError as error:
-        raise DataError(f"{name}: its {METADATA!r} text is not JSON: {error}") from error
+        raise DataError(name, f"its {METADATA!r} text is not JSON: {error}") from error
     return dict(found)
 
 
@@ -110,9 +110,9 @@ def picture_bytes(path: Path | str) -> bytes:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise DataError(f"{path}: not readable: {error.strerror}") from error
+        raise DataError(path, f"not readable: {error.strerror}") from error
     if not data:
-        raise DataError(f"{path}: not a readable picture: empty file")
+        raise DataError(path, "not a readable picture: empty file")
     return data
 
 
@@ -131,7 +131,7 @@ def _decoding(name: str) -> Iterator[None]:
     except DataError:
         raise
     except Exception as error:  # decoders raise anything for a damaged file
-        raise DataError(f"{name}: not a readable picture: {one_line(error)}") from error
+        raise DataError(name, f"not a readable picture: {one_line(error)}") from error
 
 
 def _opened(data: bytes, name: str) -> Pillow.Image:
@@ -147,14 +147,15 @@ def _opened(data: bytes, name: str) -> Pillow.Image:
             picture = Pillow.open(io.BytesIO(data), formats=formats)
         except UnidentifiedImageError as error:
             raise DataError(
-                f"{name}: not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
+                name,
+                f"not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG",
             ) from error
         except Pillow.DecompressionBombError as error:
-            raise DataError(f"{name}: {_too_large()}") from error
+            raise DataError(name, f"{_too_large()}") from error
     columns, rows = picture.size
     if rows * columns > MOST_PIXELS:
         picture.close()
-        raise DataError(f"{name}: {_too_large()}, got {columns} x {rows}")
+        raise DataError(name, f"{_too_large()}, got {columns} x {rows}")
     return picture
 
 
@@ -165,13 +166,14 @@ def _pixels(picture: Pillow.Image, name: str) -> NDArray[np.uint8]:
         values = np.asarray(picture).astype(np.int64)
         if values.min() < 0 or values.max() > 0xFFFF:
             raise DataError(
-                f"{name}: pixels must have at most 16 bits, got {values.min()} to {values.max()}; save it as PNG"
+                name,
+                f"pixels must have at most 16 bits, got {values.min()} to {values.max()}; save it as PNG",
             )
         # 65535 / 257 is 255. Pillow's own conversion would clip at 255 instead.
         grey = ((values + 128) // 257).astype(np.uint8)
         return np.repeat(grey[..., None], 3, axis=2)
     if mode == "F":
-        raise DataError(f"{name}: floating-point pixels have no agreed white; save it with 8 or 16 bits")
+        raise DataError(name, "floating-point pixels have no agreed white; save it with 8 or 16 bits")
     if mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info:
         picture = picture.convert("RGBA")
         page = Pillow.new("RGBA", picture.size, (255, 255, 255, 255))

@@ -37,7 +37,7 @@ def tables(path: Path) -> list[RawTable]:
     except UnpackedSizeError:
         raise
     except (pa.ArrowException, OSError, ValueError) as error:
-        raise DataError(f"{path}: truncated or not a table: {one_line(error)}") from None
+        raise DataError(path, f"truncated or not a table: {one_line(error)}") from None
     return [RawTable(path, names, columns, units=units if any(units) else ())]
 
 
@@ -46,7 +46,7 @@ def json_tables(path: Path) -> list[RawTable]:
     text, _ = detected_text(path.read_bytes(), path)
     lines = [line for line in text.splitlines() if line.strip()]
     if not lines:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     if len(lines) > 1 and all(line.strip().endswith("}") for line in lines[:20]):
         content: Any = parse_json(f"[{','.join(lines)}]", path)
     else:
@@ -57,7 +57,7 @@ def json_tables(path: Path) -> list[RawTable]:
         }
         return array_tables(path, {name: each for name, each in lists.items() if each.dtype.kind in "fiub"})
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
-        raise DataError(f"{path}: must hold objects of names and numbers, one per sample")
+        raise DataError(path, "must hold objects of names and numbers, one per sample")
     rows = [_flat(row) for row in content]
     names = list(dict.fromkeys(name for row in rows for name in row))
     return [RawTable(path, tuple(names), tuple(converted([row.get(name) for row in rows]) for name in names))]

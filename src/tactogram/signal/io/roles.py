@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Remedy
 from tactogram.signal.io.clocks import choose_clock, clocks_of, ticks_evenly
 from tactogram.signal.io.content import IGNORED, RATE, TIME, ColumnUse, RawTable, TableLayout, default_axes
 from tactogram.signal.io.labels import label_columns
@@ -144,8 +144,9 @@ def _described(table: RawTable, at: int | None) -> StreamColumns:
     names = tuple(split_heading(table.headings[i])[0] for i in places)
     if names != description.axes:
         raise DataError(
-            f"{table.path}: described with axes {', '.join(description.axes)}, its columns are {', '.join(names)}; "
-            "remove the description"
+            table.path,
+            f"described with axes {', '.join(description.axes)}, its columns are {', '.join(names)}; "
+            "remove the description",
         )
     return StreamColumns("", tuple(places), names, description.unit, (1.0,) * len(places))
 
@@ -158,10 +159,10 @@ def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> 
             continue
         place = _place(name, table, found)
         if place is None:
-            raise DataError(f"{table.path}: no column {name!r}, there are {', '.join(table.headings)}")
+            raise DataError(table.path, f"no column {name!r}, there are {', '.join(table.headings)}")
         places.append(place)
     if len(set(places)) < len(places):
-        raise DataError(f"{table.path}: columns must be different, got {', '.join(names)}")
+        raise DataError(table.path, f"columns must be different, got {', '.join(names)}")
     parts = [found[i] for i in places]
     whole = len(names) == 1 < len(places)  # a matrix
     names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, found))
@@ -196,13 +197,20 @@ def _found(
     if not table.named and not table.groups and len(places) > MOST_UNNAMED:
         listed = ",".join(table.headings[i] for i in places[:3])
         raise DataError(
-            f"{table.path}: {len(places)} columns of numbers without headings ({table.headings[places[0]]} to "
-            f"{table.headings[places[-1]]}): which are axes of one signal? choose, e.g. `axes={listed}`"
+            table.path,
+            f"{len(places)} columns of numbers without headings ({table.headings[places[0]]} to "
+            f"{table.headings[places[-1]]}): which are axes of one signal?",
+            remedy=Remedy("choose, e.g.", "axes", listed),
         )
     if not places:
         raise DataError(
-            f"{table.path}: no column of samples besides the time, got {', '.join(table.headings)}; choose them: "
-            f"`axes={','.join([name for i, name in enumerate(table.headings) if i != at][:3])}`"
+            table.path,
+            f"no column of samples besides the time, got {', '.join(table.headings)}",
+            remedy=Remedy(
+                "choose them:",
+                "axes",
+                ",".join([name for i, name in enumerate(table.headings) if i != at][:3]),
+            ),
         )
     groups: dict[str, list[int]] = {}
     for i in places:
@@ -311,7 +319,9 @@ def _axes_of(
         listed = " or ".join(", ".join(table.headings[i] for i in each) for each in [*sensors.values()][:4])
         first = ",".join(found[i].name for i in next(iter(sensors.values())))
         raise DataError(
-            f"{table.path}: which {name.replace('_', ' ') or 'columns'}: {listed}? choose, e.g. `axes={first}`"
+            table.path,
+            f"which {name.replace('_', ' ') or 'columns'}: {listed}?",
+            remedy=Remedy("choose, e.g.", "axes", first),
         )
     if sensors:
         lettered = sorted((i for each in sensors.values() for i in each), key=lambda i: found[i].axis or "")
@@ -324,7 +334,9 @@ def _axes_of(
     arrays = dict.fromkeys(table.groups[i] for i in places) if table.groups else {}
     if len(arrays) > 1 and (any(matrix) or (ask and name == "")):
         raise DataError(
-            f"{table.path}: which array? choose of {', '.join(arrays)}, e.g. `axes={next(iter(arrays))}`"
+            table.path,
+            "which array?",
+            remedy=Remedy(f"choose of {', '.join(arrays)}, e.g.", "axes", next(iter(arrays))),
         )
     plain = numbered or (not table.named and len(places) in (1, 3))
     names = [*default_axes(len(places))] if plain else _names(places, table, found)
@@ -349,13 +361,16 @@ def _converted(
     if len(known) > 1:
         listed = ", ".join(part.text for part in parts)
         raise DataError(
-            f"{table.path}: columns are in different units: {listed}; choose those of one, `axes=NAME,NAME`"
+            table.path,
+            f"columns are in different units: {listed}",
+            remedy=Remedy("choose those of one,", "axes", "NAME,NAME"),
         )
     if len(set(axes)) < len(axes):
         numbers = ",".join(str(i + 1) for i in places)
         raise DataError(
-            f"{table.path}: columns must have different names, got {', '.join(axes)}; choose by number, "
-            f"`axes={numbers}`"
+            table.path,
+            f"columns must have different names, got {', '.join(axes)}",
+            remedy=Remedy("choose by number,", "axes", numbers),
         )
     return StreamColumns(
         name, tuple(places), tuple(axes), known.pop() if known else None, tuple(factor for _, factor in units)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import DataError, ParameterError, one_line
+from tactogram.errors import DataError, ParameterError, Remedy, one_line
 from tactogram.extras import imported
 from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
 from tactogram.signal.io.content import RawTable, SignalDescription, decode
@@ -37,11 +37,13 @@ def tables(path: Path, *, sheet: str | None = None) -> list[RawTable]:
         data = [name for name in names if not name.startswith("Metadata")]  # of phyphox
         if len(data) != 1:
             raise DataError(
-                f"{path}: which sheet? choose of {', '.join(names)}, e.g. `sheet={(data or names)[0]}`"
+                path,
+                "which sheet?",
+                remedy=Remedy(f"choose of {', '.join(names)}, e.g.", "sheet", (data or names)[0]),
             )
         [sheet] = data
     if sheet not in names:
-        raise DataError(f"{path}: no sheet {sheet!r}, there are {', '.join(names)}")
+        raise DataError(path, f"no sheet {sheet!r}, there are {', '.join(names)}")
     cells = _cells(book, sheet, path)
     if description is None:
         return [table_of_cells(path, cells, name=sheet)]
@@ -82,7 +84,7 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
 def _opened(path: Path) -> Any:
     calamine = imported("python_calamine", extra="formats", what="workbooks")
     if path.stat().st_size == 0:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     if path.suffix.lower() != ".xls":
         with path.open("rb") as file:
             check_archive(file, path)
@@ -91,7 +93,7 @@ def _opened(path: Path) -> Any:
         return calamine.load_workbook(str(path))
     except Exception as error:  # calamine has an exception for each format
         raise DataError(
-            f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
+            path, f"truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
         ) from None
 
 
@@ -111,12 +113,13 @@ def _check_cells(path: Path) -> None:
                 width = sum((byte - 64) * 26**i for i, byte in enumerate(reversed(column)))
                 if (cells := width * max(row for _, row in found)) > MOST_CELLS:
                     raise DataError(
-                        f"{path}: a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
-                        "save it as CSV"
+                        path,
+                        f"a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
+                        "save it as CSV",
                     )
     except ZIP_ERRORS as error:
         raise DataError(
-            f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
+            path, f"truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
         ) from None
 
 
@@ -124,7 +127,7 @@ def _cells(book: Any, sheet: str, path: Path) -> Sequence[Sequence[object]]:
     try:
         found: list[list[object]] = book.get_sheet_by_name(sheet).to_python(skip_empty_area=False)
     except Exception as error:
-        raise DataError(f"{path}: damaged: {one_line(error)}") from None
+        raise DataError(path, f"damaged: {one_line(error)}") from None
     return [[None if cell == "" else cell for cell in row] for row in found]
 
 

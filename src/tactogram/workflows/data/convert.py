@@ -236,7 +236,7 @@ def _convert_folder(
         present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
     known = (*READABLE, *haptic_suffixes())
     paths = [p for p in present if p.name.lower().endswith(known)]
-    unreadable = DataError(f"{source}: no file in it can be read; known are {', '.join(known)}")
+    unreadable = DataError(source, f"no file in it can be read; known are {', '.join(known)}")
     if not paths:
         raise unreadable
     made: dict[Path, Path] = {}
@@ -263,7 +263,7 @@ def _convert_folder(
             if path.suffix.lower() == ".txt" and _is_note(path):
                 notes.append(str(path))
             else:
-                failed[str(path)] = str(error)
+                failed[str(path)] = error.message
     progress("files", len(made), len(made))
     if not files and not failed:
         raise unreadable
@@ -318,7 +318,7 @@ def _checked(path: Path, format: str | None, reading: dict[str, Any]) -> dict[st
         file = read_file(path, **reading)
         found, notes = file.columns, file.notes
     except TactogramError as error:
-        problems.append(str(error))
+        problems.append(error.message)
         with suppress(TactogramError):
             found = read_columns(path)
     return {

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import ParameterError
+from tactogram.errors import Message, ParameterError, Remedy
 from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.catalogue import haptic_formats, haptic_suffixes
@@ -127,4 +127,5 @@ def _notes(file: SignalFile) -> tuple[str, ...]:
     others = ", ".join(
         f"{name} ({', '.join(signal.axes)}, {signal.unit})" for name, signal in file.others.items()
     )
-    return (*file.notes, *([f"not written: {others}; `axes=NAME,NAME` reads them"] if others else []))
+    beside = Message(f"not written: {others}", Remedy("to read them,", "axes", "NAME,NAME"))
+    return (*file.notes, *([beside] if others else []))

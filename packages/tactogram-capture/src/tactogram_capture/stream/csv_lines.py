@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import Message, Remedy
 from tactogram.signal import parse_unit
 from tactogram.signal.io import (
     RawTable,
@@ -234,9 +235,8 @@ def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, p
         notes.append(note)
     for other in others:
         listed = ",".join(head.headings[i] for i in other.places)
-        notes.append(
-            f"left out: {listed} ({other.name.replace('_', ' ')}); `axes={listed}` reads them instead"
-        )
+        left = f"left out: {listed} ({other.name.replace('_', ' ')})"
+        notes.append(Message(left, Remedy("to read them instead,", "axes", listed)))
     return BoardColumns(
         roles.time,
         head.headings[roles.time or 0],

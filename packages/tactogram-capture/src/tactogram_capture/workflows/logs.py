@@ -112,7 +112,7 @@ def capture_log(
     }
     if not any(signals for *_, signals in extracted) and (out is not None or data is not None):
         raise DataError(
-            f"{path}: no piece between two gaps is {least_s:g} s long; fill them, or use shorter ones"
+            path, f"no piece between two gaps is {least_s:g} s long; fill them, or use shorter ones"
         )
     if out is not None:
         _write(Path(out), extracted, path)
@@ -145,7 +145,7 @@ def _extracted(
 
     hz = rate_of(None if one.rate is None else one.rate.facts(), rate)
     if hz is None:
-        raise DataError(f"{path}: has no times, or too few, to measure the rate of {one.name}; give `rate`")
+        raise DataError(path, f"has no times, or too few, to measure the rate of {one.name}; give `rate`")
     how, short = None, 0
     if most_s is not None:
         signal, how = filled(one.samples, hz, one.unit, one.axes, most_s=most_s)

@@ -44,7 +44,7 @@ def open_answers(
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"{path}: answers are a session folder or {', '.join(SUFFIXES)}")
     if not path.is_file():
-        raise DataError(f"{path}: no such file")
+        raise DataError(path, "no such file")
     if columns or constants:
         return import_answers(path, TableMapping(columns or {}, constants or {}, encoding=encoding))
     return read_answers(path)
@@ -61,7 +61,7 @@ def study_of(source: Path) -> Study | None:
     try:
         facts = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise DataError(f"{file}: not a readable study: {error}; export the answers again") from error
+        raise DataError(file, f"not a readable study: {error}; export the answers again") from error
     return Study.of(facts, where=str(file))
 
 
@@ -217,5 +217,5 @@ def salvage_session(folder: Path) -> SalvagedSession:
                 [facts] = rows.execute("SELECT facts FROM study").fetchone()
                 study = Study.of(parse_object(facts))
     if not answers:
-        raise DataError(f"{folder}: no answer can be read")
+        raise DataError(folder, "no answer can be read")
     return SalvagedSession(Answers(tuple(answers)), expected - len(answers), study)

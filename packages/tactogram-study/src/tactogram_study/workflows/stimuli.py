@@ -341,7 +341,7 @@ class StudyStimuli:
     def _file(self, name: str) -> Path:
         path = self._path(name)
         if not path.is_file():
-            raise DataError(f"{path}: no such file")
+            raise DataError(path, "no such file")
         return path
 
 
