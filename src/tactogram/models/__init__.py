@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from tactogram.errors import ParameterError, shown
+from tactogram.errors import ParameterError, Remedy, shown
 from tactogram.model import Kind, Model, ModelConfig, condition_types
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
@@ -207,8 +207,9 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
     if name not in models:
         raise ParameterError.must(
             "model",
-            f"be one of {', '.join(models)}, or of a folder in `model_folders`",
+            f"be one of {', '.join(models)}",
             name,
+            remedy=Remedy("name the folder of another with", "model_folders"),
             choices=models,
         )
     return models[name]

@@ -228,9 +228,8 @@ def _pattern(path: str, material_from: str) -> PathPattern | None:
     if material_from and material_from not in MATERIAL_FROM:
         raise ParameterError.one_of("material_from", MATERIAL_FROM, material_from)
     if path and material_from:
-        raise ParameterError.must(
-            "path", "be omitted with `material_from`, which is a short spelling of patterns"
-        )
+        remedy = Remedy("or omit the short spelling of patterns,", "material_from")
+        raise ParameterError.must("path", "be omitted", remedy=remedy)
     return PathPattern(str(path)) if path else None
 
 

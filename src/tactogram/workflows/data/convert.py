@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import Count, Parameter, Positive, checked, parameters
 from tactogram.workflows.progress import ProgressCallback, silent
 
@@ -149,14 +149,16 @@ def convert(
     source = Path(source)
     if check:
         if target is not None:
-            raise ParameterError("`check` takes one file and writes none; omit `target`")
+            remedy = Remedy("omit", "target")
+            raise ParameterError("takes one file and writes none", parameter="check", remedy=remedy)
         return _checked(source, format, reading)
     if target is None:
-        raise ParameterError("a target must be given; only `check` takes a source alone")
+        remedy = Remedy("a source alone takes only", "check")
+        raise ParameterError("must be given", parameter="target", remedy=remedy)
     target = Path(target)
     if source.is_dir():
         if format is None:
-            raise ParameterError("a folder needs a format; give `format`")
+            raise ParameterError("a folder needs a format", remedy=Remedy("give", "format"))
         return _convert_folder(**options)
     designed = source.suffix.lower() in haptic_suffixes()  # with what a format of ours cannot keep
     if designed and source.exists() and target.exists() and source.samefile(target):
@@ -168,7 +170,7 @@ def convert(
             f"{target}: suffix must be one of {', '.join(known)}, got {target.suffix or 'none'}"
         )
     if kind is not None and subtype is not None:
-        raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
+        raise ParameterError(f"is of WAV and FLAC; {kind.title} has none", parameter="subtype")
     for name, value in (("display", display), ("modality", modality)):
         if kind is None and value is not None:
             of = "patterns of on and off" if name == "display" else "haptic formats"

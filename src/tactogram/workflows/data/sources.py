@@ -55,11 +55,12 @@ def read_source(
         given = _drawn(source, width_mm or WIDTH_MM, play_at or SPEED_MM_S, resample_to or READ_RATE)
     else:
         if width_mm is not None:
-            raise ParameterError(f"`width_mm` is of a photograph, {source.name} is none; omit it")
+            raise ParameterError(f"is of a photograph, {source.name} is none; omit it", parameter="width_mm")
         given = _read(source, reading)
         if play_at is not None:
             if map is not None:
-                raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
+                remedy = Remedy("omit", "play_at")
+                raise ParameterError("is for a sound, which is over time", parameter="map", remedy=remedy)
             signal = played(given.signal, play_at, resample_to or given.signal.rate * play_at)
             given = replace(given, signal=signal, events=None)
         else:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import checked
 from tactogram.signal.io import write_text
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
@@ -124,10 +124,11 @@ def export_study(
         If the session is damaged, without ``salvage``.
     """
     if out is None and bids is None:
-        raise ParameterError("export needs a target: `out`, `bids`, or both")
+        raise ParameterError("export needs a target", remedy=(Remedy("give", "out"), Remedy("", "bids")))
     if salvage:
         if out is None or bids is not None:
-            raise ParameterError("`salvage` writes a table alone: give `out`, and no `bids`")
+            remedy = Remedy("give", "out") if out is None else Remedy("omit", "bids")
+            raise ParameterError("writes a table alone", parameter="salvage", remedy=remedy)
         return _salvage(Path(folder), Path(out))
     with SessionStore(Path(folder)) as store:
         answers = store.answers()
