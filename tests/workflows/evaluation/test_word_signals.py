@@ -53,7 +53,7 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
     assert set(made.signals) == set(made.targets) == set(made.straight) == {"plate1", "plate2", "plate3"}
     assert all(np.abs(one.samples).max() == 1 for one in made.straight.values())
     assert len(made.nearest["plate1"]) == 400
-    with pytest.raises(ParameterError, match="give `rater`"):
+    with pytest.raises(ParameterError, match="give a run of the model rater .* as `rater`"):
         evaluate(trained.folder)
     found = evaluate(trained.folder, rater=rater_run)
     assert set(found["conditions"]) == {"sensor", "nearest", "run"}

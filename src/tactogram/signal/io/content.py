@@ -311,7 +311,7 @@ def _rate(content: FileContent, rate: float | None) -> float:
     # A header of whole Hz does not contradict the fractional rate that it was rounded from.
     exact = content.description is not None
     if rate is not None and (rate != known if exact else abs(rate - known) >= 1):
-        remedy = Remedy("resample it afterwards, and omit", "rate")
+        remedy = Remedy("resample afterwards, here omit", "rate")
         raise DataError(f"the file is at {known:g} Hz, expected {rate:g}", remedy=remedy)
     return known if rate is None else rate
 

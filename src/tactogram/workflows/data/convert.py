@@ -174,7 +174,7 @@ def convert(
     for name, value in (("display", display), ("modality", modality)):
         if kind is None and value is not None:
             of = "patterns of on and off" if name == "display" else "haptic formats"
-            raise ParameterError(f"`{name}` is for {of}, {target.name} is none; omit it")
+            raise ParameterError(f"is for {of}, {target.name} is none; omit it", parameter=name)
     given = read_source(
         source,
         reading | ({"full_scale": full_scale} if kind is None else {}),

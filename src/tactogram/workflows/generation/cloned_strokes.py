@@ -107,10 +107,8 @@ def described_surfaces(
         asked = {"words": some_words(loaded, words)}
         found[WORDS], limited = within(loaded, asked), [*limited, *map(str, limits(loaded, asked))]
     if not found:
-        others = (
-            Remedy("" if n else "or give", name) for n, name in enumerate(("images", "materials", "words"))
-        )
-        raise ParameterError("a recording of a surface must be given, got none", remedy=(*others,))
+        others = (Remedy("", name) for name in ("images", "materials", "words"))
+        raise ParameterError("nothing to clone", remedy=(Remedy("give a recording of a surface"), *others))
     return found, limited
 
 
