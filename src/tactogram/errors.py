@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
 from types import MappingProxyType
-from typing import Self
+from typing import Self, SupportsIndex
 
 MOST_VALUE = 80
 """Characters of a value that a message repeats at most."""
@@ -86,6 +86,11 @@ class Message(str):
         """Return the message without a file or other place of which its readers know that it is about it."""
         place = self.place_in(outer)
         return Message(self.problem, *self.remedies, place=place, parameter=self.parameter)
+
+    def replace(self, old: str, new: str, count: SupportsIndex = -1, /) -> Message:
+        """Return the message with another text, such as a shorter path, in its place and problem."""
+        place, problem = self.place.replace(old, new, count), self.problem.replace(old, new, count)
+        return Message(problem, *self.remedies, place=place, parameter=self.parameter)
 
     def in_words(
         self, remedy: Callable[[Remedy], str], names: Mapping[str, str] = MappingProxyType({})
@@ -197,6 +202,10 @@ class MissingExtraError(TactogramError, ImportError):
 
 class DeviceError(TactogramError):
     """A device or its driver is missing, did not open, or stopped responding; the message names it."""
+
+
+class MissingDriverError(DeviceError):
+    """The driver that a library needs for a device is missing."""
 
 
 def remedies_of(message: str) -> tuple[Remedy, ...]:

@@ -10,10 +10,11 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import DataError, MissingExtraError
+from tactogram.errors import DataError, MissingExtraError, ParameterError
 
 MOST_BYTES = 2**28
 MOST_TOML_BYTES = 2**20
@@ -36,6 +37,13 @@ _CLUES = {
 }
 """Words that tell the encoding of a heading, which is too short for statistics."""
 _SURROGATE = re.compile("[\ud800-\udfff]")
+
+
+def path_of(value: object, parameter: str) -> Path:
+    """Return an argument as a path; `ParameterError` if it is none, such as an array."""
+    if not isinstance(value, str | PathLike):
+        raise ParameterError.must(parameter, "be a path", value)
+    return Path(value)
 
 
 def displayable(text: str) -> str:

@@ -194,4 +194,4 @@ def test_an_import_needs_out_or_preview(source, tmp_path, capsys):
     assert "--out must be given; omit it only with --preview" in capsys.readouterr().err
     words = ["data", "import", "folder", str(source), "--out", str(tmp_path / "s"), "--save-mapping", "m"]
     assert main(words) == 1
-    assert "--save-mapping must come with --preview" in capsys.readouterr().err
+    assert "--save-mapping must come with a preview; add --preview" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tactogram.cli.hints import with_options
 from tactogram.cli.printing import columns, lines_of, ratings_text, shortened
 from tactogram.cli.verbs import Verb, flags_of
 
@@ -28,7 +29,6 @@ ADVICE = {
 
 
 def _import_text(report: dict[str, Any]) -> str:
-    from tactogram.cli.hints import with_options
     from tactogram.cli.import_preview import preview_text, several_rates
     from tactogram.datasets.reading import in_one_line
 
@@ -67,7 +67,8 @@ def _like_text(facts: dict[str, Any]) -> str:
 
 def _rate_text(facts: dict[str, Any]) -> str:
     known = {name: shortened(value) for name, value in facts.items() if name != "notes"}
-    return "\n".join([lines_of(known), *facts["notes"]])
+    flags = flags_of(VERBS["data rate"])
+    return "\n".join([lines_of(known), *(with_options(note, flags) for note in facts["notes"])])
 
 
 VERBS = {

@@ -24,7 +24,10 @@ Domain = Literal["time", "displacement"]
 
 def check_rate(rate: float, name: str = "rate") -> float:
     """Return ``rate`` as a float; `ParameterError` if it is not within `RATES`."""
-    rate = float(rate)
+    try:
+        rate = float(rate)
+    except (TypeError, ValueError):
+        raise ParameterError.must(name, "be a number", rate) from None
     if not (rate > 0 and np.isfinite(rate)):
         raise ParameterError(f"{name} must be > 0 and finite, got {rate:g}")
     if not RATES[0] <= rate <= RATES[1]:
@@ -174,16 +177,14 @@ def signal_of(value: object, name: str = "signal") -> Signal:
     if isinstance(value, Signal):
         return value
     got = shown(value) if isinstance(value, str | Path) else type(value).__name__
-    how = (
-        f"read it, `read_signal({got})`"
-        if isinstance(value, str | Path)
-        else "make one, `Signal(samples, rate, unit)`"
-    )
+    how = f"read it, `read_signal({got})`"
+    if not isinstance(value, str | Path):
+        how = "make one, `Signal(samples, rate, unit)`"
     raise ParameterError(
-        f"must be a Signal, which states its rate and unit, got {got}; {how}",
+        f"must be a Signal, which states its rate and unit, got {got}",
         parameter=name,
         value=value,
-        expected="a Signal",
+        expected="be a Signal",
         remedy=how,
     )
 

@@ -70,5 +70,5 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
         tmp_path / "other", change=lambda ratings: replace(ratings, scale=Scale("wide", 0.0, 10.0))
     )
     rater = train("rater", other, recipe="tiny", out=tmp_path / "other-run", accelerator="cpu").folder
-    with pytest.raises(ParameterError, match=r"on the scale of the surfaces, 1 to 7; got \(0.0, 10.0\)"):
+    with pytest.raises(ParameterError, match=r"on the scale of the surfaces, 1 to 7, got \(0.0, 10.0\)"):
         evaluate(trained.folder, rater=rater)

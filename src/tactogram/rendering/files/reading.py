@@ -121,7 +121,7 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
 
 def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
     if not path.is_file():
-        raise DataError(path, f"{'is a folder' if path.is_dir() else 'no such file'}")
+        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
     if path.stat().st_size > MOST_BYTES:
         raise DataError(path, f"must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)

@@ -301,7 +301,7 @@ def _unit(
 
 
 def _rate(content: FileContent, rate: float | None) -> float:
-    known = content.rate
+    known, rate = content.rate, rate if rate is None else check_rate(rate)
     if known is None:
         if rate is None:
             remedy = Remedy("give the rate in Hz, e.g.", "rate", 1000)

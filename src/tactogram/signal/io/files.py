@@ -31,6 +31,7 @@ from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
 from tactogram.signal.signal import Signal, signal_of
 from tactogram.signal.timing import SamplingTiming, estimate_timing
+from tactogram.text_files import path_of
 
 LOG = logging.getLogger("tactogram")
 SOUND = (
@@ -332,7 +333,7 @@ def write_signal(
     ...     tactogram.read_signal(f"{folder}/tick.wav")
     <Signal: z in m/s^2, 0.004 s at 1000 Hz>
     """
-    path, signal = Path(path), signal_of(signal)
+    path, signal = path_of(path, "path"), signal_of(signal)
     suffix = _suffix(path, WRITABLE)
     if suffix not in SOUND and (subtype is not None or full_scale is not None):
         raise ParameterError(f"subtype and full_scale are for .wav and .flac, got {suffix}")
@@ -369,9 +370,9 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
 
 
 def _existing(path: str | Path) -> Path:
-    path = Path(path)
+    path = path_of(path, "path")
     if not path.is_file():
-        raise DataError(path, f"{'is a folder' if path.is_dir() else 'no such file'}")
+        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
     return path
 
 

@@ -151,7 +151,7 @@ def _opened(data: bytes, name: str) -> Pillow.Image:
                 f"not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG",
             ) from error
         except Pillow.DecompressionBombError as error:
-            raise DataError(name, f"{_too_large()}") from error
+            raise DataError(name, _too_large()) from error
     columns, rows = picture.size
     if rows * columns > MOST_PIXELS:
         picture.close()

@@ -56,7 +56,7 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
             expected = file.frames
             blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
-        raise DataError(path, f"{error.error_string}") from error
+        raise DataError(path, error.error_string) from error
     samples: NDArray[Any] = np.concatenate(blocks).T if blocks else np.zeros((facts.channels, 0), np.float32)
     if samples.shape[1] < expected:
         raise DataError(path, f"truncated: {expected} samples expected, {samples.shape[1]} are there")

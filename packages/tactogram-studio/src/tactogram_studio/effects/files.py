@@ -117,7 +117,7 @@ class WrittenFiles:
             try:
                 file = read_haptic(part / safe)
             except DataError as error:
-                raise DataError(str(error).replace(f"{part}/", "")) from None
+                raise DataError(error.message.replace(f"{part}/", "")) from None
             read.append(file)
             return {
                 "file": safe,

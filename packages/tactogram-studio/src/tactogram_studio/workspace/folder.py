@@ -89,7 +89,7 @@ class Workspace:
         try:
             yield
         except TactogramError as error:
-            raise DataError(str(error).replace(f"{self.folder}/", "")) from error
+            raise DataError(error.message.replace(f"{self.folder}/", "")) from error
 
     def runs(self) -> list[Path]:
         """Return the folders of runs, finished or not, newest first."""

@@ -143,7 +143,7 @@ def _places(paths: Sequence[str], name: str) -> tuple[str, dict[str, tuple[str, 
     if not kept:
         raise DataError(name, "no files; choose a folder with a folder for each material")
     if len(kept) > MOST_FILES:
-        raise DataError(name, f"must have at most {MOST_FILES} files, got {len(kept)}; {REMEDY}")
+        raise DataError(name, f"must have at most {MOST_FILES} files, got {len(kept)}", remedy=REMEDY)
     if len({place[0] for place in kept}) == 1 and max(map(len, kept)) > 2:
         name = kept[0][0]
         places = {path: place[1:] if place else None for path, place in places.items()}
@@ -168,13 +168,13 @@ def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
             if size > most:
                 whole = f"all files together must have at most {MOST_UNPACKED // MIB} MiB"
                 one = f"must have at most {most_bytes_of(suffix) // MIB} MiB"
-                raise DataError(f"{path[:200]}: {whole if most == room else one}; {REMEDY}")
+                raise DataError(path[:200], whole if most == room else one, remedy=REMEDY)
             out.write(chunk)
     if target.name.lower().endswith(READABLE):
         try:
             check_unpacked_size(target)
         except UnpackedSizeError as error:
-            raise DataError(f"{path[:200]}: {str(error).partition(': ')[2]}; {REMEDY}") from None
+            raise DataError(path[:200], error.message.problem, remedy=REMEDY) from None
     return size
 
 

@@ -122,13 +122,13 @@ def read_uploaded_signal(name: str, data: bytes, **options: Any) -> Signal:
             signal = read_signal(path, **options)
         except TactogramError as error:
             raise type(error)(
-                str(error).replace(f"{path.parent}/", "").replace(f"{path.parent}\\", "")
+                error.message.replace(f"{path.parent}/", "").replace(f"{path.parent}\\", "")
             ) from None
         except Exception as error:  # damaged files raise all kinds; the user needs the name
             reason = " ".join(str(error).split())[:200] or type(error).__name__
             raise DataError(name, f"not a readable signal: {reason}") from None
     if signal.samples.size > MOST_SAMPLES:
-        raise DataError(name, f"{_too_many(signal.samples.size)}")
+        raise DataError(name, _too_many(signal.samples.size))
     return signal
 
 
@@ -240,7 +240,7 @@ def _check_samples(path: Path) -> None:
     if channels > MOST_CHANNELS:
         raise UnpackedSizeError(path.name, f"must have at most {MOST_CHANNELS} channels, got {channels}")
     if samples > MOST_SAMPLES:
-        raise UnpackedSizeError(path.name, f"{_too_many(samples)}")
+        raise UnpackedSizeError(path.name, _too_many(samples))
 
 
 def _too_many(samples: int) -> str:

@@ -6,7 +6,6 @@ columns are kept unchanged. Ratings in exports of PsychoPy, jsPsych, Qualtrics a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from tactogram.datasets import (
     read_cells,
     rows_left_out,
 )
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, Message, ParameterError
 from tactogram_study.answers import COLUMNS, KINDS, Answers, answers_of
 
 ANY_NUMBER = Scale("any number", -1e300, 1e300)
@@ -89,7 +88,7 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     cells = [(number, [row.get(name, "") for name in full]) for number, row in rows]
     return replace(
         answers_of(full, cells, where=str(path)),
-        notes=tuple(re.sub(r" \(ignore=.*?\)", "", note) for note in export.notes),
+        notes=tuple(note.problem if isinstance(note, Message) else note for note in export.notes),
     )
 
 
