@@ -131,9 +131,7 @@ def to_uniform(
     t = _checked(times)
     x = np.atleast_2d(np.asarray(samples, dtype=np.float64))
     if x.ndim != 2 or x.shape[1] != len(t):
-        raise ParameterError(
-            f"must be (axis, {len(t)}) as there are times, got shape {x.shape}", parameter="samples"
-        )
+        raise ParameterError.must("samples", f"be (axis, {len(t)}) as there are times, got shape {x.shape}")
     timing, instants = _clocked(t)
     if instants[-1] > _MOST_MISSING * len(t) + 100:
         raise DataError(

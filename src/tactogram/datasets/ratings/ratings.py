@@ -145,9 +145,9 @@ class Ratings:
             raise ParameterError.must("words", "differ", ", ".join(self.words))
         columns: tuple[Any, ...] = (self.item, self.word, self.score, self.order, self.session)
         if any(len(column) != count for column in columns):
-            raise ParameterError(
-                f"must be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}",
-                parameter="columns",
+            raise ParameterError.must(
+                "columns",
+                f"be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}",
             )
         if not count:
             raise DataError("ratings must have a row, got none")

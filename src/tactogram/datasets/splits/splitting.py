@@ -72,7 +72,7 @@ def split_last(
     recordings is a `ParameterError`.
     """
     if n < 1 or validation < 0:
-        raise ParameterError(f"must be >= 1 and validation >= 0, got {n} and {validation}", parameter="n")
+        raise ParameterError.must("n", f"be >= 1 and validation >= 0, got {n} and {validation}")
     infos = list(index)
     parts: dict[str, list[str]] = {"train": [], "test": [], "validation": []}
     for material, members in _strata(sorted(infos, key=natural_order), label).items():

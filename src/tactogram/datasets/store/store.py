@@ -191,9 +191,7 @@ class Store:
         length = int(shard.lengths[stream][row])
         first, last, _ = slice(start, stop).indices(length)
         if last <= first:
-            raise ParameterError(
-                f"must lie in 0 to {length} of {id}, got {start} to {stop}", parameter="samples"
-            )
+            raise ParameterError.must("samples", f"lie in 0 to {length} of {id}, got {start} to {stop}")
         facts, axes = self.streams[stream], shard.axes[stream][row]
         samples = np.stack([shard.read(axis_column(stream, axis), row, first, last) for axis in axes])
         samples.flags.writeable = False

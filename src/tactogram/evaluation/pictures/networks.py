@@ -151,7 +151,7 @@ def check_pictures(*sets: Tensor, paired: bool = False) -> None:
                 "pictures", "be (picture, 1, rows, columns), or 3 for colours", tuple(pictures.shape)
             )
         if not bool((pictures.abs() <= 1 + 1e-6).all()):
-            raise ParameterError("must be finite and in -1..1, got a value that is not", parameter="pictures")
+            raise ParameterError.must("pictures", "be finite and in -1..1, got a value that is not")
     if paired and len({pictures.shape for pictures in sets}) > 1:
         shapes = " and ".join(str(tuple(pictures.shape)) for pictures in sets)
         raise ParameterError(f"pairs need as many pictures of one size, got {shapes}")

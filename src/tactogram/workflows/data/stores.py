@@ -325,7 +325,7 @@ def add_signal(
     store, file = open_store(path), Path(file)
     if stream is None:
         if len(store.streams) != 1:
-            raise ParameterError(f"must be one of {', '.join(store.streams)}, got none", parameter="stream")
+            raise ParameterError.must("stream", f"be one of {', '.join(store.streams)}, got none")
         [stream] = store.streams
     if unit is None and stream in store.streams:
         unit = store.streams[stream].unit

@@ -70,7 +70,7 @@ def generate_from_words(
     recording = None if vibration is None else read_signal(vibration, **reading or {})
     if recording is not None and not any("vibration" in run.facts.conditions for run in loaded):
         names = ", ".join(run.run.name for run in loaded)
-        raise ParameterError(f"must be omitted: no run starts from one ({names})", parameter="vibration")
+        raise ParameterError.must("vibration", f"be omitted: no run starts from one ({names})")
     if seconds is not None and all(run.facts.gives == "image" for run in loaded):
         raise ParameterError("is for signals; an image has no length", parameter="seconds")
     for rater in rater_models:

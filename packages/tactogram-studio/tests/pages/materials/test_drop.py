@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from laboratory_files import tone
 
-from tactogram.errors import DataError, Message, Remedy
+from tactogram.errors import DataError, Message, ParameterError, Remedy
 from tactogram.signal import Signal
 from tactogram_studio.pages.materials.drop import (
     in_fields,
