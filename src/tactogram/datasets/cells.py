@@ -17,8 +17,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, one_line
+from tactogram.errors import DataError
 from tactogram.extras import imported
+from tactogram.signal.io.archives import decoding
 from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
 
 _SNIFFED = 100_000
@@ -95,10 +96,8 @@ def _columns(text: str, divider: str) -> int:
 
 def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
     imported("python_calamine", extra="formats", what="workbooks")
-    try:
+    with decoding(path, "not readable"):
         sheets = pd.read_excel(path, header=None, sheet_name=None, dtype=object, engine="calamine")
-    except Exception as error:  # pandas and the readers below it raise whatever a damaged file leads to
-        raise DataError(path, f"not readable: {one_line(error)}") from error
     filled = [sheet.dropna(how="all") for sheet in sheets.values() if sheet.notna().any(axis=None)]
     if len(filled) > 1:
         raise DataError(
@@ -138,7 +137,7 @@ def number_columns(
     head = None if names is None else 0
     if path.suffix.lower() == ".xlsx":
         imported("openpyxl", extra="formats", what="workbooks")
-    try:
+    with decoding(path, "not a readable table"):
         match path.suffix.lower():
             case ".xlsx":
                 table = pd.read_excel(path, header=head, engine="openpyxl")
@@ -147,8 +146,6 @@ def number_columns(
             case _:
                 table = pd.read_csv(path, header=head, sep=separator, index_col=False, skip_blank_lines=False)
                 table = table.dropna(how="all")
-    except Exception as error:  # pandas and the readers below it raise whatever a damaged file leads to
-        raise DataError(path, f"not a readable table: {one_line(error)}") from error
     if lacking := [name for name in names or () if name not in table]:
         raise DataError(
             path,

@@ -10,12 +10,14 @@ import math
 import re
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
-from tactogram.errors import DataError, one_line
+from tactogram.errors import DataError, TactogramError, one_line
 
 MIB = 2**20
 ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
@@ -54,6 +56,19 @@ def check_archive(
         raise DataError(where, f"truncated or damaged: {one_line(error)}") from None
     if problem:
         raise DataError(where, problem)
+
+
+@contextmanager
+def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[None]:
+    """Raise a `DataError` for an empty file, or of one line for whatever a library raises for a damaged one."""
+    try:
+        if isinstance(source, Path) and source.stat().st_size == 0:
+            raise DataError(source, "empty file")
+        yield
+    except TactogramError:
+        raise
+    except Exception as error:
+        raise DataError(source, f"{problem}: {one_line(error)}", remedy=remedy) from error
 
 
 def check_size(count: int, path: Path) -> None:

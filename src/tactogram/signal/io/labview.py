@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import DataError, UnitError, one_line
+from tactogram.errors import DataError, UnitError
 from tactogram.extras import imported
 from tactogram.signal.io import table
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.arrays import array_columns
 from tactogram.signal.io.content import RawTable
 from tactogram.signal.units import parse_unit
@@ -149,18 +150,17 @@ def tdms_tables(path: Path) -> list[RawTable]:
     nptdms = imported("nptdms", extra="formats", what="TDMS files")
     logging.getLogger("nptdms").setLevel(logging.CRITICAL)  # what it warns of is noted below
     size = path.stat().st_size
-    if not size:
-        raise DataError(path, "empty file")
-    try:
-        with path.open("rb") as stream, nptdms.TdmsFile.open(stream) as file:
-            channels = [channel for group in file.groups() for channel in group.channels()]
-            claimed = sum(map(len, channels))
-            cut = file.file_status.incomplete_final_segment
-            read = [
-                (each.group_name, each.properties, each.name, each[:]) for each in channels if claimed <= size
-            ]
-    except Exception as error:  # it raises whatever a damaged file leads to
-        raise DataError(path, f"truncated or not a TDMS file: {one_line(error)}") from None
+    with (
+        decoding(path, "truncated or not a TDMS file"),
+        path.open("rb") as stream,
+        nptdms.TdmsFile.open(stream) as file,
+    ):
+        channels = [channel for group in file.groups() for channel in group.channels()]
+        claimed = sum(map(len, channels))
+        cut = file.file_status.incomplete_final_segment
+        read = [
+            (each.group_name, each.properties, each.name, each[:]) for each in channels if claimed <= size
+        ]
     if claimed > size:
         raise DataError(path, f"damaged: claims {claimed} samples in {size} bytes")
     names = Counter(name for _, _, name, _ in read)

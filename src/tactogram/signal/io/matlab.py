@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io import hdf5
-from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError
+from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError, decoding
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.content import RawTable
 
@@ -48,10 +48,8 @@ def _loaded(path: Path) -> Mapping[str, Any]:
 
     with path.open("rb") as file:
         check_unpacked(file, path)
-    try:
+    with decoding(path, "truncated or not a MAT file"):
         content = loadmat(path, simplify_cells=True, verify_compressed_data_integrity=True)
-    except Exception as error:  # scipy raises whatever a damaged file leads to
-        raise DataError(path, f"truncated or not a MAT file: {one_line(error)}") from None
     return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
