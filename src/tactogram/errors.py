@@ -22,7 +22,7 @@ _ABSENT = object()
 
 @dataclass(frozen=True)
 class Remedy:
-    """What to do: advice that ends with an argument, to which to give ``value``, or of None to mind or omit it.
+    """Advice that ends with an argument: to give it ``value``, or of None to mind or omit it.
 
     >>> print(Remedy("give it, e.g.", "rate", 1000), "or", Remedy("omit", "time"))
     give it, e.g. `rate=1000` or omit `time`
@@ -123,9 +123,10 @@ class TactogramError(Exception):
         self.parameter, self.value, self.expected, self.remedy = parameter, value, expected, remedy
         self.choices = tuple(choices)
         place, problem = args if len(args) == 2 else ("", args[0] if args else "")
-        self.message = Message(
+        remedies = (remedy,) if isinstance(remedy, (str, Remedy)) else remedy
+        self.message: Message = Message(
             problem.message if isinstance(problem, TactogramError) else problem,
-            *filter(None, [remedy] if isinstance(remedy, (str, Remedy)) else remedy),
+            *(each for each in remedies if each),
             place=place,
             parameter=parameter,
         )

@@ -137,6 +137,7 @@ def in_one_line(kind: dict[str, Any]) -> str:
 
 def _without(message: str, name: str) -> str:
     """Return a message without its file, if ``name`` is that file, its end or a part of it."""
-    file = name.partition("#")[0]
-    place = message.place.partition(": ")[0] if isinstance(message, Message) else ""
+    if not isinstance(message, Message):
+        return message
+    file, place = name.partition("#")[0], message.place.partition(": ")[0]
     return message.within(place) if file and place.partition("#")[0].endswith(file) else message

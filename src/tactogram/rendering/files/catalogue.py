@@ -40,8 +40,8 @@ class HapticFormat:
     resolution_s : float, s
         By how much the time of an event may differ in the file.
     instead : mapping of str
-        What keeps more of a signal, for the same devices if possible, in words (see `verdict`), with the name of the
-        format, if it is one.
+        What keeps more of a signal, for the same devices if possible, in words (see `verdict`), with the name or
+        suffix of the format, if it is one.
     modalities : tuple of str
         Modalities that the format distinguishes, if any.
     highest_rate : float, Hz, optional
@@ -61,7 +61,7 @@ class HapticFormat:
     bands: tuple[tuple[float, float], ...] = ()
     resolution_s: float = 0.001
     instead: Mapping[str, str] = field(
-        default_factory=lambda: {"a format of waveforms (.wav, .hjif)": "hjif"}
+        default_factory=lambda: {"a format of waveforms (.wav, .hjif)": ".hjif"}
     )
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None

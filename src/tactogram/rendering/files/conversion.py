@@ -203,7 +203,7 @@ def _better(content: Signal | Events, kind: HapticFormat, lost: tuple[float, flo
     return " or ".join(
         remedy
         for remedy, name in kind.instead.items()
-        if name not in formats or _rank(content, formats[name]) < lost
+        if (other := formats.get(name.removeprefix("."))) is None or _rank(content, other) < lost
     )
 
 

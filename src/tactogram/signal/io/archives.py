@@ -61,9 +61,9 @@ def check_archive(
 @contextmanager
 def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[None]:
     """Raise a `DataError` for an empty file, or of one line for whatever a library raises for a damaged one."""
+    if isinstance(source, Path) and source.is_file() and source.stat().st_size == 0:
+        raise DataError(source, "empty file")
     try:
-        if isinstance(source, Path) and source.stat().st_size == 0:
-            raise DataError(source, "empty file")
         yield
     except TactogramError:
         raise

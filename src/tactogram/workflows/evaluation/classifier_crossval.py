@@ -181,11 +181,11 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
     request, recipe, store = setup.request, setup.recipe, setup.store
     folds, split, label, by = request.folds, request.split, request.label, cast(By, request.by)
     if split == "all":
-        remedy = (Remedy("use last=N"), Remedy("give", "folds"))
-        raise ParameterError("all keeps nothing for testing", parameter="split", remedy=remedy)
+        folded = Remedy("use last=N, or give", "folds")
+        raise ParameterError("all keeps nothing for testing", parameter="split", remedy=folded)
     if split == "blocks":
-        remedy = Remedy("to test on every block, give", "folds")
-        raise ParameterError("blocks is for one training", parameter="split", remedy=remedy)
+        folded = Remedy("to test on every block, give", "folds")
+        raise ParameterError("blocks is for one training", parameter="split", remedy=folded)
     if split:
         parts = make_split(setup.index, split=split, by=by, seed=recipe.seed, label=label)
         return [parts], f"tested on the {split.replace('=', ' ')} recordings of each material, by recording"

@@ -69,14 +69,13 @@ def generate_from_words(
     files = _files(loaded, out)
     recording = None if vibration is None else read_signal(vibration, **reading or {})
     if recording is not None and not any("vibration" in run.facts.conditions for run in loaded):
-        names = ", ".join(run.run.name for run in loaded)
-        raise ParameterError.must("vibration", f"be omitted: no run starts from one ({names})")
+        others = ", ".join(run.run.name for run in loaded)
+        raise ParameterError.must("vibration", f"be omitted: no run starts from one ({others})")
     if seconds is not None and all(run.facts.gives == "image" for run in loaded):
         raise ParameterError("is for signals; an image has no length", parameter="seconds")
     for rater in rater_models:
         if rater.facts.task != "prediction":
-            problem = f"must give scores, unlike {rater.facts.name} of {rater.run.name}"
-            raise ParameterError(problem, parameter="raters")
+            raise ParameterError.must("raters", f"give scores, unlike {rater.facts.name} of {rater.run.name}")
     made = [_made(run, request, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
     notes: list[dict[str, Any]] = []
     for number, pieces in enumerate(zip(*made, strict=True), start=1):

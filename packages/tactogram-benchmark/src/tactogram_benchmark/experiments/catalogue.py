@@ -127,8 +127,8 @@ def reproduce(
     workers: dict[str, Any] = {"on": on} if on else {}
     workers |= {} if processes is None else {"processes": processes}
     if workers and "on" not in available:
-        remedy = Remedy("omit", "on" if on else "processes")
-        raise ParameterError(f"{name} has no independent trainings for workers", remedy=remedy)
+        problem = f"{name} has no independent trainings for workers"
+        raise ParameterError(problem, remedy=Remedy("omit", "on" if on else "processes"))
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)

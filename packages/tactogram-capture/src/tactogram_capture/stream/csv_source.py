@@ -185,8 +185,9 @@ class CsvSource(ByteSource):
             return str(remedy) if remedy.value is None else f"{remedy.advice} {said}"
 
         # Other names are those of files, whose options the command line has.
-        ours = isinstance(message, Message) and self.name.startswith(("serial:", "log:"))
-        return message.in_words(address) if ours else message
+        if isinstance(message, Message) and self.name.startswith(("serial:", "log:")):
+            return message.in_words(address)
+        return message
 
     def _compare(self, arrival: float) -> None:
         """Raise a `DataError` if the board's time is so far from the arrivals that its unit must be another."""
