@@ -82,25 +82,25 @@ def read_parts(
     if not intervals:
         return [_whole(sources, info)]
     heading = {use.role: use.heading for use in sources[0].content.uses}.get(MATERIAL) if labels else None
-    found: list[FilePart | LeftOut] = []
+    parts: list[FilePart | LeftOut] = []
     unlabelled = number = 0
     for interval in intervals:
         if heading is not None and MATERIAL not in interval.labels:
             unlabelled += len(interval.contents[0].rows)
             continue
         number += 1
-        found.append(_part(sources, interval, number, info, name))
-    if not any(isinstance(part, FilePart) or part.broken for part in found):
+        parts.append(_part(sources, interval, number, info, name))
+    if not any(isinstance(part, FilePart) or part.broken for part in parts):
         raise DataError(paths[0], _useless(heading, intervals, labels=bool(labels)))
     if not labels:
-        first = next(part for part in found if isinstance(part, FilePart) or part.broken)
+        first = next(part for part in parts if isinstance(part, FilePart) or part.broken)
         if isinstance(first, FilePart):
             reading = replace(first.reading, notes=(*first.reading.notes, HOLES))
-            found[found.index(first)] = replace(first, reading=reading)
+            parts[parts.index(first)] = replace(first, reading=reading)
     if unlabelled:
         reason = f"{unlabelled} row{'s' * (unlabelled != 1)} without a label in column {heading!r}"
-        found.append(LeftOut("unlabelled", Message(reason, place=name)))
-    return found
+        parts.append(LeftOut("unlabelled", Message(reason, place=name)))
+    return parts
 
 
 def has_labels(path: Path, layouts: Sequence[TableLayout]) -> bool:
@@ -123,13 +123,13 @@ def _without_holes(sources: Sequence[_Source]) -> list[Interval]:
         return []
     starts = [-np.inf, *sorted(stop for _, stop in edges)]
     stops = [*sorted(start for start, _ in edges), np.inf]
-    found = []
+    intervals = []
     for start, stop in zip(starts, stops, strict=True):
         parts = [_between(source.content, start, stop) for source in sources]
         rows = parts[0].rows
         if all(part.samples.shape[1] for part in parts):
-            found.append(Interval({}, (rows[0], rows[-1]) if rows else (0, 0), tuple(parts)))
-    return found
+            intervals.append(Interval({}, (rows[0], rows[-1]) if rows else (0, 0), tuple(parts)))
+    return intervals
 
 
 def _holes(content: FileContent) -> list[tuple[float, float]]:
@@ -275,18 +275,18 @@ def _named(source: _Source, file: SignalFile, stream: str | None) -> tuple[str, 
 
 def _uses(sources: Sequence[_Source], files: Mapping[str, SignalFile]) -> list[list[ColumnUse]]:
     """Return what the columns of each file were read as; of several streams, axes have their stream's name in front."""
-    found: dict[Path, list[ColumnUse]] = {}
+    uses: dict[Path, list[ColumnUse]] = {}
     for source, (stream, file) in zip(sources, files.items(), strict=True):
-        if source.path in found:
+        if source.path in uses:
             continue  # the streams of a file share its columns
         axes = {axis for other in files.values() for axis in other.signal.axes}
-        found[source.path] = [
+        uses[source.path] = [
             replace(use, role=f"{use.stream or stream}: {use.role}")
             if len(files) > 1 and use.role in axes
             else use
             for use in file.columns
         ]
-    return list(found.values())
+    return list(uses.values())
 
 
 def _useless(heading: str | None, intervals: Sequence[Interval], *, labels: bool) -> Message:

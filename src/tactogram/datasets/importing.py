@@ -180,9 +180,7 @@ def _check_options(set_name: str, source: Importer, options: Mapping[str, Any]) 
     known = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
     for name in options:
         if name not in known:
-            raise ParameterError(
-                f"options of {set_name} must be among {', '.join(known) or 'none'}, got {name!r}"
-            )
+            raise ParameterError.one_of(f"options of {set_name}", known or ["none"], name)
 
 
 def _optional(source: Importer, function_name: str, path: Path, options: Mapping[str, Any]) -> Any:

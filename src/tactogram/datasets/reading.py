@@ -115,15 +115,15 @@ def by_kind(messages: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
     Messages are alike but for names of files, numbers and what is quoted. The text of several is that of the first
     without its file's name.
     """
-    found: dict[str, dict[str, Any]] = {}
+    kinds: dict[str, dict[str, Any]] = {}
     for name, message in messages:
         plain = _without(message, name)
         key = _VARIES.sub("#", plain)
-        kind = found.setdefault(key, {"text": plain, "count": 0, "files": []})
+        kind = kinds.setdefault(key, {"text": plain, "count": 0, "files": []})
         kind["count"] += 1
         if len(kind["files"]) < MOST_NAMES and name not in kind["files"]:
             kind["files"].append(name)
-    return list(found.values())
+    return list(kinds.values())
 
 
 def in_one_line(kind: dict[str, Any]) -> str:

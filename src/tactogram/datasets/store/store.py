@@ -304,9 +304,7 @@ class Store:
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
         if stream not in self.streams or not shard.has(stream, row):
-            raise ParameterError(
-                f"stream of {id} must be one of {', '.join(self.streams_of(id))}, got {stream!r}"
-            )
+            raise ParameterError.one_of(f"stream of {id}", self.streams_of(id), stream)
         return shard, row
 
     def _info_at(self, place: int) -> RecordingInfo:

@@ -99,9 +99,7 @@ def write(
     """Write ``signal`` in the format of ``suffix``; `ParameterError` if that or ``full_scale`` cannot hold it."""
     subtype = subtype or SUBTYPES[suffix][0]
     if subtype not in SUBTYPES[suffix]:
-        raise ParameterError(
-            f"subtype of {suffix} must be one of {', '.join(SUBTYPES[suffix])}, got {subtype!r}"
-        )
+        raise ParameterError.one_of(f"subtype of {suffix}", SUBTYPES[suffix], subtype)
     rate = max(1, round(signal.rate))
     _check_limits(signal, suffix, rate, BITS[subtype])
     if subtype in ("FLOAT", "DOUBLE"):

@@ -121,9 +121,7 @@ def reproduce(
         raise ParameterError.must("data", f"be omitted for {name}", data, remedy=remedy)
     for key in options or {}:
         if key not in available:
-            raise ParameterError(
-                f"option of {name} must be one of {', '.join(available) or 'none'}, got {key!r}"
-            )
+            raise ParameterError.one_of(f"option of {name}", available or ["none"], key)
     workers: dict[str, Any] = {"on": on} if on else {}
     workers |= {} if processes is None else {"processes": processes}
     if workers and "on" not in available:

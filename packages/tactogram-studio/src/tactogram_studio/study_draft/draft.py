@@ -162,13 +162,13 @@ def free_name(workspace: Workspace, source: Path | str) -> str:
 
 def _normalised(values: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return values with the name, languages and table of the design, which a file may leave to defaults."""
-    made = copy.deepcopy(dict(values))
-    if isinstance(made.get("design"), str):
-        made["design"] = {"kind": made["design"]}
-    made.setdefault("name", path.stem.replace("-", "_"))
-    if "languages" not in made:
-        made["languages"] = list(Study.of(made, where=path.name).languages)
-    return made
+    study = copy.deepcopy(dict(values))
+    if isinstance(study.get("design"), str):
+        study["design"] = {"kind": study["design"]}
+    study.setdefault("name", path.stem.replace("-", "_"))
+    if "languages" not in study:
+        study["languages"] = list(Study.of(study, where=path.name).languages)
+    return study
 
 
 def _own(value: Any) -> list[str]:
