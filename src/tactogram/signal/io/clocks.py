@@ -206,7 +206,6 @@ def choose_clock(
     spelled = headings[best].unit
     if clocks[best] is None and spelled and re.fullmatch(r"[a-zµ]{1,3}", spelled):
         raise DataError(
-            table.path,
             f"unit {spelled!r} of time column {table.headings[best]!r} is not known",
             remedy=Remedy("say it, e.g.", "time", f"{headings[best].name} [ms]"),
         )
@@ -223,10 +222,8 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if typical == 0:
         if len(values) > 1:
-            raise DataError(
-                table.path, f"time column {name!r} must go forward, its stamps are all {values[0]:g}"
-            )
-        raise DataError(table.path, f"expected two rows of numbers or more, got {len(values)}")
+            raise DataError(f"time column {name!r} must go forward, its stamps are all {values[0]:g}")
+        raise DataError(f"expected two rows of numbers or more, got {len(values)}")
     size = float(np.abs(values).max(initial=0.0))
     for candidate, low, high, since in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
@@ -247,7 +244,6 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         likely = [c for c in rates if 1 <= rates[c] <= 1e6]
         listed = ", ".join(f"{rates[c]:g} Hz in {c}" for c in likely)
         raise DataError(
-            table.path,
             f"time column {name!r} without unit goes in steps of {typical:g} ({listed})",
             remedy=(
                 Remedy("say its unit,", "time", f"{name} [{likely[len(likely) // 2] if likely else 's'}]"),
@@ -275,7 +271,6 @@ def _ask(table: RawTable, headings: Sequence[Heading], rate: float | None) -> No
             and float(np.ptp(column)) == 0
         ):
             raise DataError(
-                table.path,
                 f"time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}",
                 remedy=Remedy("give the rate instead, e.g.", "rate", 1000),
             )
@@ -286,7 +281,6 @@ def _ask(table: RawTable, headings: Sequence[Heading], rate: float | None) -> No
         if (steps > 0).all() and float(np.ptp(steps)) <= 0.01 * abs(float(steps.mean())):
             others = [other.name for other in headings if other is not each]
             raise DataError(
-                table.path,
                 f"column {each.name!r} goes in even steps: is it the time or an axis?",
                 remedy=(
                     Remedy("state the time,", "time", f"{each.name} [s]"),
@@ -304,7 +298,7 @@ def _named(time: str, table: RawTable, headings: Sequence[Heading]) -> tuple[int
                 return candidates.index(wanted), stated
         if wanted.isdigit() and 1 <= int(wanted) <= len(headings):
             return int(wanted) - 1, stated
-    raise DataError(table.path, f"no column {time!r}, there are {', '.join(table.headings)}")
+    raise DataError(f"no column {time!r}, there are {', '.join(table.headings)}")
 
 
 def ticks_evenly(values: NDArray[np.generic]) -> bool:

@@ -138,8 +138,7 @@ def _opened(data: bytes, name: str) -> Pillow.Image:
             picture = Pillow.open(io.BytesIO(data), formats=formats)
         except UnidentifiedImageError as error:
             raise DataError(
-                name,
-                f"{NOT_READABLE}: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG",
+                name, f"{NOT_READABLE}: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
             ) from error
         except Pillow.DecompressionBombError as error:
             raise DataError(name, _too_large()) from error

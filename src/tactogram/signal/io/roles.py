@@ -144,9 +144,8 @@ def _described(table: RawTable, at: int | None) -> StreamColumns:
     names = tuple(split_heading(table.headings[i])[0] for i in places)
     if names != description.axes:
         raise DataError(
-            table.path,
             f"described with axes {', '.join(description.axes)}, its columns are {', '.join(names)}; "
-            "remove the description",
+            "remove the description"
         )
     return StreamColumns("", tuple(places), names, description.unit, (1.0,) * len(places))
 
@@ -159,10 +158,10 @@ def _chosen(names: Sequence[str], table: RawTable, headings: Sequence[Heading]) 
             continue
         place = _place(name, table, headings)
         if place is None:
-            raise DataError(table.path, f"no column {name!r}, there are {', '.join(table.headings)}")
+            raise DataError(f"no column {name!r}, there are {', '.join(table.headings)}")
         places.append(place)
     if len(set(places)) < len(places):
-        raise DataError(table.path, f"columns must be different, got {', '.join(names)}")
+        raise DataError(f"columns must be different, got {', '.join(names)}")
     parts = [headings[i] for i in places]
     whole = len(names) == 1 < len(places)  # a matrix
     names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, headings))
@@ -197,14 +196,12 @@ def _found(
     if not table.named and not table.groups and len(places) > MOST_UNNAMED:
         listed = ",".join(table.headings[i] for i in places[:3])
         raise DataError(
-            table.path,
             f"{len(places)} columns of numbers without headings ({table.headings[places[0]]} to "
             f"{table.headings[places[-1]]}): which are axes of one signal?",
             remedy=Remedy("choose, e.g.", "axes", listed),
         )
     if not places:
         raise DataError(
-            table.path,
             f"no column of samples besides the time, got {', '.join(table.headings)}",
             remedy=Remedy(
                 "choose them:",
@@ -319,7 +316,6 @@ def _axes_of(
         listed = " or ".join(", ".join(table.headings[i] for i in each) for each in [*sensors.values()][:4])
         first = ",".join(headings[i].name for i in next(iter(sensors.values())))
         raise DataError(
-            table.path,
             f"which {name.replace('_', ' ') or 'columns'}: {listed}?",
             remedy=Remedy("choose, e.g.", "axes", first),
         )
@@ -336,9 +332,7 @@ def _axes_of(
     arrays = dict.fromkeys(table.groups[i] for i in places) if table.groups else {}
     if len(arrays) > 1 and (any(matrix) or (ask and name == "")):
         raise DataError(
-            table.path,
-            "which array?",
-            remedy=Remedy(f"choose of {', '.join(arrays)}, e.g.", "axes", next(iter(arrays))),
+            "which array?", remedy=Remedy(f"choose of {', '.join(arrays)}, e.g.", "axes", next(iter(arrays)))
         )
     plain = numbered or (not table.named and len(places) in (1, 3))
     names = [*default_axes(len(places))] if plain else _names(places, table, headings)
@@ -363,14 +357,12 @@ def _converted(
     if len(known) > 1:
         listed = ", ".join(part.text for part in parts)
         raise DataError(
-            table.path,
             f"columns are in different units: {listed}",
             remedy=Remedy("choose those of one,", "axes", "NAME,NAME"),
         )
     if len(set(axes)) < len(axes):
         numbers = ",".join(str(i + 1) for i in places)
         raise DataError(
-            table.path,
             f"columns must have different names, got {', '.join(axes)}",
             remedy=Remedy("choose by number,", "axes", numbers),
         )

@@ -48,7 +48,7 @@ def table_contents(
         try:
             roles = roles_of(table, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled)
         except DataError as error:
-            problem = problem or error
+            problem = problem or DataError(table.path, error)
             left_out.append(f"left out: {', '.join(table.headings)} (rows of their own)")
             continue
         found += [_content(table, roles, stream, rate) for stream in roles.streams]

@@ -211,7 +211,7 @@ class BoardColumns:
 def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, place: Path) -> BoardColumns:
     """Return the columns of lines, by their headings and the first rows, float64, shape (row, column).
 
-    A `DataError` that begins with ``place`` says what to state if there are two plausible readings; a `ParameterError`
+    A `DataError` says what to state if there are two plausible readings; a `ParameterError`
     or `UnitError` that ``form`` does not fit the lines.
     """
     table = RawTable(place, head.headings, tuple(rows.T), units=head.units, named=head.named, brief=True)
