@@ -47,26 +47,21 @@ def check_archive(
     """
     size = file.seek(0, 2)
     most = max(SMALL, MOST_GROWTH * size) if most_bytes is None else most_bytes
-    try:
-        with zipfile.ZipFile(file) as archive:
-            problem = _problem(archive, most, most_members)
-    except UnpackedSizeError as error:
-        raise UnpackedSizeError(where, error) from None
-    except Exception as error:  # zipfile and numpy raise whatever a damaged head leads to
-        raise DataError(where, f"truncated or damaged: {one_line(error)}") from None
+    with decoding(where, "truncated or damaged"), zipfile.ZipFile(file) as archive:
+        problem = _problem(archive, most, most_members)
     if problem:
         raise DataError(where, problem)
 
 
 @contextmanager
 def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[None]:
-    """Raise a `DataError` for an empty file, or of one line for whatever a library raises for a damaged one."""
+    """Raise a `DataError` for an empty file and for whatever a library raises for a damaged one; name the source."""
     if isinstance(source, Path) and source.is_file() and source.stat().st_size == 0:
         raise DataError(source, "empty file")
     try:
         yield
-    except TactogramError:
-        raise
+    except TactogramError as error:
+        raise type(error)(source, error) from error
     except Exception as error:
         raise DataError(source, f"{problem}: {one_line(error)}", remedy=remedy) from error
 
