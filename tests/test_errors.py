@@ -1,16 +1,18 @@
 """Messages: one printable line, with long values shortened."""
 
+import json
+import pickle
 import re
 
 from tactogram.errors import (
     MOST_VALUE,
     DataError,
+    Message,
     ParameterError,
     Remedy,
     one_line,
-    remedies_in,
+    remedies_of,
     shown,
-    with_remedies,
 )
 
 
@@ -24,7 +26,7 @@ def test_a_long_value_in_any_message_loses_its_middle():
 
 
 def test_an_error_carries_what_was_wrong_with_which_argument():
-    error = ParameterError("rate must be > 0 Hz, got -1", parameter="rate", value=-1, expected="> 0 Hz")
+    error = ParameterError("must be > 0 Hz, got -1", parameter="rate", value=-1, expected="> 0 Hz")
     assert isinstance(error, ValueError)
     assert (error.parameter, error.value, error.expected, error.remedy) == ("rate", -1, "> 0 Hz", "")
     assert str(error) == "rate must be > 0 Hz, got -1"
@@ -48,16 +50,38 @@ def test_a_file_name_that_is_not_utf_8_is_printable():
     assert str(DataError("caf\udce9.wav: not a WAV file")) == r"caf\udce9.wav: not a WAV file"
 
 
-def test_a_remedy_is_found_again_in_a_message():
-    error = DataError(f"no rate in the file; give {Remedy('rate', 1000)}, and omit {Remedy('time')}")
-    assert str(error) == "no rate in the file; give `rate=1000`, and omit `time`"
-    assert remedies_in(str(error)) == (("rate", "1000"), ("time", None))
+def test_a_remedy_is_a_field_of_the_error():
+    remedies = (Remedy("give it,", "rate", 1000), Remedy("omit", "time"))
+    error = DataError("a.csv", "no rate in the file", remedy=remedies)
+    assert str(error) == "a.csv: no rate in the file; give it, `rate=1000`, or omit `time`"
+    assert (error.message.place, error.message.problem) == ("a.csv", "no rate in the file")
+    assert remedies_of(error.message) == remedies
+    assert remedies_of(str(error)) == ()
 
 
-def test_each_face_says_a_remedy_in_its_own_words():
-    said = with_remedies("give `rate=1000`, omit `time`", lambda remedy: f"<{remedy.parameter}>")
-    assert said == "give <rate>, omit <time>"
+def test_each_face_says_a_remedy_and_the_parameter_in_its_own_words():
+    error = ParameterError.must("rate", "be > 0", -1, remedy=Remedy("omit", "rate"))
+    said = error.message.in_words(lambda remedy: f"{remedy.advice} <{remedy.parameter}>", {"rate": "--rate"})
+    assert said == "--rate must be > 0, got -1; omit <rate>"
 
 
-def test_what_is_in_other_backquotes_is_no_remedy():
-    assert remedies_in("see `tactogram data copy` and `config.steps=3`") == ()
+def test_an_error_in_another_keeps_its_remedies_and_names_a_place_once():
+    inner = DataError("a.csv: row 3", "no number", remedy=Remedy("choose", "axes", "x"))
+    for place in ("a.csv", "a.csv: row 3", ""):
+        assert DataError(place, inner).message == "a.csv: row 3: no number; choose `axes=x`"
+    outer = DataError("take 1", inner, remedy=Remedy("leave it out by", "skip_bad"))
+    assert str(outer) == "take 1: a.csv: row 3: no number; choose `axes=x`, or leave it out by `skip_bad`"
+    assert inner.message.within("a.csv") == "row 3: no number; choose `axes=x`"
+
+
+def test_an_error_and_its_message_survive_other_processes():
+    error = DataError("a.csv", "no rate", remedy=Remedy("give it,", "rate", 1000))
+    copied = pickle.loads(pickle.dumps(error))  # noqa: S301 - its own
+    assert (str(copied), copied.message.remedies) == (str(error), error.message.remedies)
+    message = pickle.loads(pickle.dumps(error.message))  # noqa: S301 - its own
+    assert (message, message.place, message.remedies) == (str(error), "a.csv", error.message.remedies)
+    assert json.loads(json.dumps([message])) == [str(error)]
+
+
+def test_backquotes_in_a_text_are_no_remedy():
+    assert Message("see `tactogram data copy` and `config.steps=3`").remedies == ()

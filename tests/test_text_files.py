@@ -4,8 +4,9 @@ import shutil
 
 import pytest
 
+from tactogram.datasets import open_store
 from tactogram.datasets.importers import biotac_slide, folder, vibviz
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.recipe import Recipe
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.response import read_response
@@ -14,6 +15,7 @@ from tactogram.rendering.streaming.recorded_motion import MotionFile
 from tactogram.rendering.transducer.circuit import read_sweep
 from tactogram.signal.io import read_signal
 from tactogram.text_files import csv_rows, parse_json, parse_toml, read_table, read_text
+from tactogram.workflows.training.loaded_run import load_run
 from tactogram_capture.session.plan import SessionPlan
 from tactogram_study.answers import read_answers
 from tactogram_study.study_file import Study
@@ -149,3 +151,10 @@ def test_a_display_that_begins_with_a_byte_order_mark_is_read(tmp_path):
     shutil.copy(shipped()["voice-coil"], path)
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
     assert open_display(path).name
+
+
+@pytest.mark.parametrize("job", [open_store, load_run, open_display])
+@pytest.mark.parametrize("value", [5, None, [0.0, 1.0]])
+def test_what_is_no_path_is_refused_in_one_line(job, value):
+    with pytest.raises(ParameterError, match="^(path|run|name) must be a path, got "):
+        job(value)

@@ -15,7 +15,7 @@ from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppres
 from importlib import import_module
 from types import ModuleType
 
-from tactogram.errors import DeviceError, MissingExtraError, TactogramError, one_line
+from tactogram.errors import DeviceError, MissingDriverError, MissingExtraError, TactogramError, one_line
 
 DRIVERS = {
     "sounddevice": "PortAudio, a system library (Debian: libportaudio2)",
@@ -59,9 +59,9 @@ def imported(name: str, *, extra: str, what: str) -> ModuleType:
         ) from error
     except (ImportError, OSError, RuntimeError, AssertionError, AttributeError) as error:
         if package in DRIVERS:
-            raise DeviceError(
-                f"{package} is installed, but its driver was not found: {DRIVERS[package]}; "
-                f"install that for {what} ({one_line(error)})"
+            raise MissingDriverError(
+                f"{package} is installed, but its driver was not found: {DRIVERS[package]}",
+                remedy=f"install that for {what} ({one_line(error)})",
             ) from error
         raise _broken(name, error, extra) from error
 
@@ -79,12 +79,13 @@ def device_errors(device: str, *, library: str = "") -> Iterator[None]:
         raise
     except Exception as error:
         driver = _missing_driver(error)
-        needs = f"; it needs {DRIVERS[library]}" if driver and library in DRIVERS else ""
+        needs = f"it needs {DRIVERS[library]}" if driver and library in DRIVERS else ""
         why = one_line(error).rstrip(".")
         if isinstance(error, OSError) and error.errno in (errno.ENOENT, errno.EACCES) and not driver:
             # The system's message once; pyserial repeats it, with the number and name of the port.
             why = os.strerror(error.errno)
-        raise DeviceError(f"{device.rstrip(':')}: {why}{needs}") from error
+        kind = MissingDriverError if needs else DeviceError
+        raise kind(device.rstrip(":"), why, remedy=needs) from error
 
 
 @contextmanager

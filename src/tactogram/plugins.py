@@ -69,12 +69,8 @@ class PluginGroup:
             return import_module(f"{self.package}.{name}")
         places = self._places()
         if name not in places:
-            raise ParameterError(
-                f"{self.kind} must be one of {', '.join(sorted(places))}, or of a file that {self.variable} names, "
-                f"got {name!r}",
-                value=name,
-                choices=places,
-            )
+            remedy = f"{self.variable} names files of others"
+            raise ParameterError.one_of(self.kind, sorted(places), name, remedy=remedy)
         return import_plugin(places[name])
 
     def definition(self, name: str, attribute: str, kind: type[T]) -> T:

@@ -116,8 +116,10 @@ class Recipe(BaseModel):
         for key in changes or {}:
             if key.partition(".")[0] not in cls.model_fields:
                 raise ParameterError(
-                    f"`changes`: unknown key {key!r}; a setting of the model is config.NAME, and others begin with "
-                    "prepare, seed or training: `tactogram models MODEL` lists them"
+                    f"unknown key {key!r}",
+                    parameter="changes",
+                    remedy="a setting of the model is config.NAME, and others begin with prepare, seed or training: "
+                    "`tactogram models MODEL` lists them",
                 )
         return cls.of(with_changes(read_toml(path), changes), where=str(path))
 

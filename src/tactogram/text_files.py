@@ -10,10 +10,11 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import DataError, MissingExtraError
+from tactogram.errors import DataError, MissingExtraError, ParameterError
 
 MOST_BYTES = 2**28
 MOST_TOML_BYTES = 2**20
@@ -38,6 +39,13 @@ _CLUES = {
 _SURROGATE = re.compile("[\ud800-\udfff]")
 
 
+def path_of(value: object, parameter: str) -> Path:
+    """Return an argument as a path; `ParameterError` if it is none, such as an array."""
+    if not isinstance(value, str | PathLike):
+        raise ParameterError.must(parameter, "be a path", value)
+    return Path(value)
+
+
 def displayable(text: str) -> str:
     """Return a text that can be shown and sent: bytes of file names that are not UTF-8 become `REPLACEMENT`."""
     return _SURROGATE.sub(REPLACEMENT, text)
@@ -48,13 +56,13 @@ def decode_text(
 ) -> str:
     """Return ``raw`` as text, `DataError` if it is not in this encoding; the last character may be ``cut_short``."""
     if encoding.startswith("utf-8") and (zero := raw.find(b"\0")) >= 0:
-        raise DataError(f"{where}: not a text file: zero byte at byte {zero}; save it as UTF-8")
+        raise DataError(where, f"not a text file: zero byte at byte {zero}; save it as UTF-8")
     try:
         return raw.decode(encoding, "ignore" if cut_short else "strict")
     except UnicodeDecodeError as error:
         name = "UTF-8" if encoding == "utf-8-sig" else encoding
         got = f"got the byte {raw[error.start]:#04x}"
-        raise DataError(f"{where}: not {name} text at byte {error.start}, {got}; save it as UTF-8") from None
+        raise DataError(where, f"not {name} text at byte {error.start}, {got}; save it as UTF-8") from None
 
 
 def detected_text(raw: bytes, where: Path | str) -> tuple[str, str]:
@@ -109,9 +117,9 @@ def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
         with path.open("rb") as file:
             raw = file.read(most_bytes + 1)
     except (OSError, ValueError) as error:
-        raise DataError(f"{path}: not readable: {getattr(error, 'strerror', None) or error}") from error
+        raise DataError(path, f"not readable: {getattr(error, 'strerror', None) or error}") from error
     if len(raw) > most_bytes:
-        raise DataError(f"{path}: must have at most {most_bytes} bytes, got more")
+        raise DataError(path, f"must have at most {most_bytes} bytes, got more")
     return raw
 
 
@@ -127,12 +135,12 @@ def parse_toml(text: str, where: Path | str) -> dict[str, Any]:
     bits, which the format excludes.
     """
     if _LONG_KEY.search(text):
-        raise DataError(f"{where}: a key must have at most {MOST_KEY_PARTS} parts")
+        raise DataError(where, f"a key must have at most {MOST_KEY_PARTS} parts")
     try:
         values = tomllib.loads(text)
         _check_values(values, MOST_DEPTH)
     except (ValueError, RecursionError) as error:
-        raise DataError(f"{where}: not readable as TOML: {_reason(error)}") from None
+        raise DataError(where, f"not readable as TOML: {_reason(error)}") from None
     return values
 
 
@@ -152,7 +160,7 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
     try:
         return json.loads(text, **hooks)
     except (ValueError, RecursionError) as error:
-        raise DataError(f"{where}: not a JSON document: {_reason(error)}") from None
+        raise DataError(where, f"not a JSON document: {_reason(error)}") from None
 
 
 def finite_json(value: Any) -> Any:
@@ -174,7 +182,7 @@ def csv_rows(text: str, where: Path | str, *, delimiter: str = ",") -> list[tupl
         return [(number, row) for number, row in enumerate(reader, 1) if row]
     except csv.Error as error:
         reason = f"{error}; is a quote left open?" if "limit" in str(error) else error
-        raise DataError(f"{where}: not a table: {reason} (line {reader.line_num})") from None
+        raise DataError(where, f"not a table: {reason} (line {reader.line_num})") from None
 
 
 def read_table(path: Path, *, needed: Sequence[str] = ()) -> list[tuple[int, dict[str, str]]]:
@@ -186,11 +194,11 @@ def read_table(path: Path, *, needed: Sequence[str] = ()) -> list[tuple[int, dic
     (_, headings), *rows = csv_rows(read_text(path), path) or [(1, [])]
     if missing := [name for name in needed if name not in headings]:
         raise DataError(
-            f"{path}: needs columns {', '.join(needed)}, lacks {', '.join(missing)}, has {', '.join(headings)}"
+            path, f"needs columns {', '.join(needed)}, lacks {', '.join(missing)}, has {', '.join(headings)}"
         )
     for number, row in rows:
         if len(row) > len(headings):
-            raise DataError(f"{path}: row {number} has more values than there are columns")
+            raise DataError(path, f"row {number} has more values than there are columns")
     return [
         (number, dict(zip(headings, row + [""] * (len(headings) - len(row)), strict=True)))
         for number, row in rows

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from tactogram.errors import ParameterError, shortened, shown
+from tactogram.errors import ParameterError, TactogramError, shortened, shown
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
@@ -28,6 +28,16 @@ class Fault:
 
     place: tuple[int | str, ...]
     sentence: str
+    kind: str = ""
+    """pydantic's type of the error, such as ``"dict_type"``."""
+
+
+class FaultError(ParameterError):
+    """Faults that a validator of a whole table finds within it; the message is that of the first."""
+
+    def __init__(self, *faults: Fault) -> None:
+        super().__init__(faults[0].sentence)
+        self.args = self.faults = faults
 
 
 def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
@@ -47,17 +57,39 @@ def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> t
     try:
         kind.model_validate(dict(values))
     except ValidationError as error:
-        return tuple(Fault(one["loc"], _sentence(kind, one, where)) for one in error.errors())
+        return tuple(fault for one in error.errors() for fault in _faults(kind, one, where))
     return ()
 
 
+def _faults(kind: type[BaseModel], error: ErrorDetails, where: str) -> Iterator[Fault]:
+    cause = error.get("ctx", {}).get("error")
+    if isinstance(cause, FaultError):
+        for fault in cause.faults:
+            place = (*error["loc"], *fault.place)
+            yield Fault(place, _joined(where, _dotted(error["loc"]), fault.sentence), error["type"])
+    else:
+        place = error["loc"] or (place_of(cause, kind) if isinstance(cause, TactogramError) else ())
+        yield Fault(place, _sentence(kind, error, where), error["type"])
+
+
+def place_of(error: TactogramError, kind: type[BaseModel]) -> tuple[str, ...]:
+    """Return the keys that an error names as its place or parameter, if the first is one of ``kind``; else none."""
+    keys = tuple((error.message.place or error.parameter).split("."))
+    return keys if keys[0] in kind.model_fields else ()
+
+
+def _dotted(place: tuple[int | str, ...]) -> str:
+    return shortened(".".join(map(str, place)))
+
+
 def _sentence(kind: type[BaseModel], error: ErrorDetails, where: str) -> str:
-    key = shortened(".".join(str(part) for part in error["loc"]))
+    key = _dotted(error["loc"])
     if error["type"] == "extra_forbidden":
         known = ", ".join(sorted(_keys_at(kind, error["loc"][:-1])))
         hint = f"; known here: {known}" if known else ""
         return _joined(where, f"unknown key {key!r}{hint}")
-    message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
+    # Our validators raise the cause; the other sentences are pydantic's.
+    message = str(error.get("ctx", {}).get("error") or error["msg"].replace("Input should be", "must be"))
     message = message.replace("a valid tuple", "a list")
     if isinstance(error["input"], Mapping | BaseModel):
         # A whole table is not repeated in the message: it would fill a page.

@@ -51,7 +51,7 @@ def test_a_usage_error_exits_2(arguments, capsys):
             ["train", "nothing", "--data", "STORE"],
             "model must be one of ar_texture, frictgan, nearest_photo, pix2pix",
         ),
-        (["train", "nothing", "--data", "STORE"], "or of a folder in --models, got 'nothing'"),
+        (["train", "nothing", "--data", "STORE"], "got 'nothing'; name the folder of another with --models"),
         (
             ["train", "stroke_cnn", "--data", "STORE", "--recipe", "x"],
             "recipe of stroke_cnn must be one of paper",
@@ -59,16 +59,19 @@ def test_a_usage_error_exits_2(arguments, capsys):
         (["train", "stroke_cnn", "--data", "STORE", "--set", "config.step=1"], "unknown key 'step'"),
         (
             ["evaluate", "RUN", "--evaluation", "step=1"],
-            "--evaluation: unknown key 'step'; known here: longest_s",
+            "evaluation: unknown key 'step'; known here: longest_s",
         ),
         (
             ["evaluate", "RUN", "--evaluation", "steps=0"],
-            "--evaluation: steps: must be greater than 0, got 0",
+            "evaluation: steps: must be greater than 0, got 0",
         ),
         (["train", "stroke_cnn", "--data", "STORE", "--band", "20", "1000"], "165"),
         (["train", "stroke_cnn", "--data", "nowhere"], "nowhere"),
         (["evaluate", "nowhere"], "nowhere: not a run"),
-        (["crossval", "stroke_cnn", "--data", "STORE", "--split", "last=x"], "--split last=N needs a number"),
+        (
+            ["crossval", "stroke_cnn", "--data", "STORE", "--split", "last=x"],
+            "--split must have a number of recordings in last=N",
+        ),
         (
             ["crossval", "stroke_cnn", "--data", "STORE", "--folds", "1"],
             "--folds must be greater than or equal to 2",
@@ -96,7 +99,10 @@ def test_a_usage_error_exits_2(arguments, capsys):
         (["generate", "texture_flow", "--out", "x.wav"], "tactogram generate texture_flow --material "),
         (["table", "RUN"], "was not evaluated: tactogram evaluate "),
         (["table", "--model", "nothing"], "no row contains all of that; `tactogram table` lists every row"),
-        (["reproduce", "tactile_image_cgan_figure4", "--data", "x"], "takes no --data; its options: images"),
+        (
+            ["reproduce", "tactile_image_cgan_figure4", "--data", "x"],
+            "--data must be omitted for tactile_image_cgan_figure4, got 'x'; it takes only images",
+        ),
     ],
 )
 def test_what_is_wrong_is_one_line(arguments, message, store, run, capsys, tmp_path, monkeypatch):

@@ -51,4 +51,7 @@ def test_a_rate_that_contradicts_a_file_is_omitted(tmp_path, capsys):
     words = write(tmp_path / "f", *TABLES["no time"])
     np.savez(tmp_path / "f" / "cork" / "b.npz", x=np.sin(np.arange(90)), rate=500.0)
     main([*words, "--preview", "--set", "rate=1000"])
-    assert "expected 1000; omit --set rate=…, or state it in recordings.csv" in capsys.readouterr().out
+    assert (
+        "expected 1000; resample afterwards, here omit --set rate=…, or state it in recordings.csv"
+        in capsys.readouterr().out
+    )

@@ -96,7 +96,7 @@ def test_the_command_says_what_is_lost(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "status", "message"),
     [
-        (["a.wav"], 1, "a target must be given; only --check takes a source alone"),
+        (["a.wav"], 1, "target must be given; a source alone takes only --check"),
         ([], 2, "SOURCE requires an argument"),
         (["a.wav", "b.ahap", "--check"], 1, "omit target"),
         ([".", "out"], 1, "a folder needs a format; give --format"),

@@ -7,8 +7,8 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.cli.catalogue import nearest_verb, verb_places
-from tactogram.cli.hints import in_words, with_command
-from tactogram.errors import DataError, ParameterError
+from tactogram.cli.hints import in_words
+from tactogram.errors import DataError, ParameterError, Remedy
 
 
 @pytest.mark.parametrize(
@@ -64,20 +64,30 @@ def test_the_nearest_name_is_offered():
 
 
 def test_an_option_is_added_to_the_command():
-    words = ["convert", "my file.csv", "x.wav"]
-    message = with_command("no rate; give it, e.g. `--rate 1000`, not `--rate`", words)
-    assert (
-        message == "no rate; give it, e.g. `tactogram convert 'my file.csv' x.wav --rate 1000`, not `--rate`"
+    error = DataError("no rate", remedy=(Remedy("give it, e.g.", "rate", 1000), Remedy("omit", "rate")))
+    assert in_words(error, {"rate": "--rate"}, ["convert", "my file.csv", "x.wav"]) == (
+        "no rate; give it, e.g. `tactogram convert 'my file.csv' x.wav --rate 1000`, or omit --rate"
     )
 
 
 def test_an_option_replaces_the_one_in_the_command():
     words = ["convert", "a.csv", "--time", "ticks", "--unit=g"]
-    said = "`tactogram convert a.csv --unit=g --time none`"
-    assert with_command("use `--time none`", words) == f"use {said}"
-    assert with_command("use `--unit N`", words) == "use `tactogram convert a.csv --time ticks --unit N`"
+    flags = {"time": "--time", "unit": "--unit", "options": "--set"}
+
+    def said(words, name, value):
+        return in_words(DataError("x", remedy=Remedy("use", name, value)), flags, words)
+
+    assert said(words, "time", "none") == "x; use `tactogram convert a.csv --unit=g --time none`"
+    assert said(words, "unit", "N") == "x; use `tactogram convert a.csv --time ticks --unit N`"
     words = ["data", "import", "folder", "a", "--set", "rate=9"]
-    assert with_command("`--set unit=g`", words).endswith("--set rate=9 --set unit=g`")
+    assert said(words, "mapping", "m.toml").endswith("--set rate=9 --set mapping=m.toml`")
+
+
+def test_only_the_parameter_and_the_remedies_become_options():
+    error = ParameterError.must("rate", "be as the `rate=9` of the file", 8, remedy=Remedy("omit", "rate"))
+    assert in_words(error, {"rate": "--rate"}, ["convert"]) == (
+        "--rate must be as the `rate=9` of the file, got 8; omit --rate"
+    )
 
 
 def test_the_answer_to_a_table_without_a_rate_can_be_pasted(tmp_path, monkeypatch, capsys):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tactogram.cli.verbs import Verb, flags_of, run
-from tactogram.errors import ParameterError
+from tactogram.errors import Message, ParameterError, Remedy
 from tactogram.parameters import Count, Positive, Settings, Share, checked, parameters, summary
 
 
@@ -100,17 +100,18 @@ def test_options_reach_the_function_as_its_types():
 
 
 def test_notes_name_options_instead_of_parameters(capsys):
-    verb = VERB._replace(notes=lambda result: ["say `rate=5`, or `unit=g`"])
+    verb = VERB._replace(
+        notes=lambda result: [Message("x", Remedy("say", "rate", 5), Remedy("", "unit", "g"))]
+    )
     assert run("mix", verb, ["a.wav"]) == 0
-    assert capsys.readouterr().err == "note: say `--rate 5`, or `--set unit=g`\n"
+    assert capsys.readouterr().err == "note: x; say `--rate 5`, or `--set unit=g`\n"
 
 
 def test_a_verb_may_advise_something_else_than_an_argument(capsys):
-    verb = VERB._replace(
-        notes=lambda result: ["`rate=5` or `axes=x`, not `rate`"], advice={"rate=": "a file"}
-    )
+    remedies = Remedy("give", "rate", 5), Remedy("", "axes", "x"), Remedy("not", "rate")
+    verb = VERB._replace(notes=lambda result: [Message("x", *remedies)], advice={"rate=": "a file"})
     assert run("mix", verb, ["a.wav"]) == 0
-    assert capsys.readouterr().err == "note: a file or `--axes x`, not --rate\n"
+    assert capsys.readouterr().err == "note: x; give a file, or `--axes x`, or not --rate\n"
 
 
 def test_the_text_is_printed_and_notes_go_to_stderr(capsys):

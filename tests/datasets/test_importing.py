@@ -180,7 +180,7 @@ def test_a_broken_file_stops_the_import_and_is_named(source, tmp_path, kind):
     assert says in str(caught.value)
     assert "mat03.npz" in str(caught.value)
     assert "\n" not in str(caught.value)
-    assert "`skip_bad` leaves it out" in str(caught.value)
+    assert "leave it out by `skip_bad`" in str(caught.value)
     assert left_in(tmp_path, source) == []
 
 
@@ -378,7 +378,7 @@ def test_file_names_that_are_not_utf_8_are_one_line(tmp_path, capfd):
     (source / "good.csv").write_text("1\n2\n3\n")
     (source / os.fsdecode(b"b\xe4d.csv")).write_text("4\n5\n6\n")
     options = {"rate": 100.0}
-    message = r"^cork/b\\udce4d.csv: file names must be UTF-8; rename the file or folder; `skip_bad"
+    message = r"^cork/b\\udce4d.csv: file names must be UTF-8; rename the file or folder; leave it out by `skip_bad`$"
     with pytest.raises(DataError, match=message):
         import_dataset("folder", source.parent, tmp_path / "s", options=options)
     command = [

@@ -97,7 +97,7 @@ def product(*levels):
         (
             product(["Anna", "Ben"], ["cork_1", "tin_1"]),
             "",
-            "path={subject}/{material}_{take}` or `path={material}/",
+            "path={subject}/{material}_{take}`, or `path={material}/",
         ),
         (product(["cork", "tin"], ["log", "lab"]), "", ""),
         (["cork 2026-01-02 10-11-12", "tin 2026-01-02 10-12-13"], "{material}_{take}", "named with dates"),

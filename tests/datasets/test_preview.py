@@ -191,7 +191,7 @@ def test_the_command_previews_and_writes_nothing(source, tmp_path, capsys):
 
 def test_an_import_needs_out_or_preview(source, tmp_path, capsys):
     assert main(["data", "import", "folder", str(source)]) == 1
-    assert "--out must be given, except with --preview" in capsys.readouterr().err
+    assert "--out must be given; omit it only with --preview" in capsys.readouterr().err
     words = ["data", "import", "folder", str(source), "--out", str(tmp_path / "s"), "--save-mapping", "m"]
     assert main(words) == 1
-    assert "--save-mapping must come with --preview" in capsys.readouterr().err
+    assert "--save-mapping must come with a preview; add --preview" in capsys.readouterr().err

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from tactogram.cli.hints import with_options
 from tactogram.cli.printing import columns, lines_of, ratings_text, shortened
 from tactogram.cli.verbs import Verb, flags_of
 
@@ -28,15 +29,16 @@ ADVICE = {
 
 
 def _import_text(report: dict[str, Any]) -> str:
-    from tactogram.cli.hints import with_options
     from tactogram.cli.import_preview import preview_text, several_rates
     from tactogram.datasets.reading import in_one_line
 
-    lines = [f"skipped: {in_one_line(kind)}" for kind in report["problems"]]
-    lines += [f"note: {in_one_line(kind)}" for kind in report["notes"]]
-    lines += [f"to answer: {report['question']}"] if report.get("question") else []
     flags = flags_of(VERBS["data import"])
-    said = [with_options(line, flags) for line in lines]
+    said = [
+        f"{head}: {in_one_line({**kind, 'text': with_options(kind['text'], flags)})}"
+        for head, kinds in (("skipped", report["problems"]), ("note", report["notes"]))
+        for kind in kinds
+    ]
+    said += [f"to answer: {with_options(report['question'], flags)}"] if report.get("question") else []
     if "layouts" in report:
         return preview_text(report, said)
     listed = ("skipped", "problems", "notes", "duplicates", "several_rates_hz")
@@ -65,7 +67,8 @@ def _like_text(facts: dict[str, Any]) -> str:
 
 def _rate_text(facts: dict[str, Any]) -> str:
     known = {name: shortened(value) for name, value in facts.items() if name != "notes"}
-    return "\n".join([lines_of(known), *facts["notes"]])
+    flags = flags_of(VERBS["data rate"])
+    return "\n".join([lines_of(known), *(with_options(note, flags) for note in facts["notes"])])
 
 
 VERBS = {

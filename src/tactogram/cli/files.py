@@ -11,8 +11,11 @@ from tactogram.cli.verbs import Verb, flags_of
 def _text(facts: Mapping[str, Any]) -> str:
     if "failed" in facts:
         return _folder_text(facts)
-    text = _checked_text(facts) if "valid" in facts else _converted_text(facts)
-    return with_options(text, flags_of(VERBS["convert"]))
+    return _checked_text(facts) if "valid" in facts else _converted_text(facts)
+
+
+def _line(message: str) -> str:
+    return with_options(message, flags_of(VERBS["convert"]))
 
 
 def _status(facts: Mapping[str, Any]) -> int:
@@ -38,13 +41,13 @@ def _checked_text(facts: Mapping[str, Any]) -> str:
         for use in facts.get("columns", [])
     ]
     table = [columns([("column", "read as", "unit", ""), *rows])] if rows else []
-    notes = [f"note: {note}" for note in facts.get("notes", [])]
+    notes = [f"note: {_line(note)}" for note in facts.get("notes", [])]
     notes += [f"warning: {line}" for line in facts.get("warnings", [])]
     if facts["valid"]:
         return "\n".join([f"{facts['file']}: valid ({facts['format']})", *table, *notes])
     count = len(facts["problems"])
     head = f"{facts['file']}: not valid ({facts['format']}), {count} problem{'s' if count > 1 else ''}"
-    return "\n".join([head, *facts["problems"], *table, *notes])
+    return "\n".join([head, *map(_line, facts["problems"]), *table, *notes])
 
 
 _TOLD = ("reduced_by", "loss", "events", "holds", "told", "verdict")
@@ -59,7 +62,7 @@ def _converted_text(facts: Mapping[str, Any]) -> str:
         lines_of({k: v for k, v in written.items() if k not in _TOLD}),
     ]
     drawn = "mapped" in facts and facts["mapped"]["by"] == "relief"
-    notes = [f"note: {note}" for note in facts.get("notes", [])]
+    notes = [f"note: {_line(note)}" for note in facts.get("notes", [])]
     return "\n".join([*filter(None, lines), *notes, *[DRAWN] * drawn, *loss_lines(written)])
 
 
@@ -84,7 +87,7 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
             )
         )
     beside = [f"not converted: {signal}, beside {designed}" for signal, designed in facts["beside"].items()]
-    failed = [f"failed: {why}" for why in facts["failed"].values()]
+    failed = [f"failed: {_line(why)}" for why in facts["failed"].values()]
     notes = [f"skipped, no table of numbers: {', '.join(facts['notes'])}"] if facts["notes"] else []
     end = f"{len(facts['files'])} written, {len(facts['failed'])} failed, {facts['left_out']} of no known format"
     return "\n".join([columns(rows), *beside, *failed, *notes, end])

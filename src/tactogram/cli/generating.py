@@ -56,7 +56,7 @@ def _limits(result: dict[str, Any]) -> Iterable[str]:
     if "index" not in result:
         return list(result["files"][0].get("limited", ()))
     lines = [f"{row['file']}: {line}" for row in result["files"] for line in row.get("limited", ())]
-    more = [f"{len(lines) - SHOWN} more: `limited` in {result['index']}"] if len(lines) > SHOWN else []
+    more = [f"{len(lines) - SHOWN} more: limited in {result['index']}"] if len(lines) > SHOWN else []
     return [*lines[:SHOWN], *more]
 
 

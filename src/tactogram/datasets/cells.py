@@ -17,8 +17,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, one_line
+from tactogram.errors import DataError
 from tactogram.extras import imported
+from tactogram.signal.io.archives import decoding
 from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
 
 _SNIFFED = 100_000
@@ -65,13 +66,13 @@ def read_cells(path: Path, *, encoding: str = "") -> Cells:
     cells = [(number, [cell_text(cell) for cell in row]) for number, row in rows]
     headings = [heading.strip() for heading in cells[0][1]] if cells else []
     if not any(headings):
-        raise DataError(f"{path}: must begin with a row of headings, got none")
+        raise DataError(path, "must begin with a row of headings, got none")
     named = max(n for n, heading in enumerate(headings, 1) if heading)
     kept = []
     for number, row in cells[1:]:
         if any(map(str.strip, row)):
             if len(row) < named or any(map(str.strip, row[len(headings) :])):
-                raise DataError(f"{path}: row {number}: must have {len(headings)} cells, got {len(row)}")
+                raise DataError(f"{path}: row {number}", f"must have {len(headings)} cells, got {len(row)}")
             kept.append((number, (row + [""] * len(headings))[: len(headings)]))
     if unnamed := [str(n) for n, heading in enumerate(headings, 1) if not heading]:
         notes.append(f"columns left out, as they have no heading: {', '.join(unnamed)}")
@@ -95,14 +96,12 @@ def _columns(text: str, divider: str) -> int:
 
 def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
     imported("python_calamine", extra="formats", what="workbooks")
-    try:
+    with decoding(path, "not readable"):
         sheets = pd.read_excel(path, header=None, sheet_name=None, dtype=object, engine="calamine")
-    except Exception as error:  # pandas and the readers below it raise whatever a damaged file leads to
-        raise DataError(f"{path}: not readable: {one_line(error)}") from error
     filled = [sheet.dropna(how="all") for sheet in sheets.values() if sheet.notna().any(axis=None)]
     if len(filled) > 1:
         raise DataError(
-            f"{path}: must have one sheet, got {', '.join(map(str, sheets))}; save that of the answers as CSV"
+            path, f"must have one sheet, got {', '.join(map(str, sheets))}; save that of the answers as CSV"
         )
     return [(n + 1, list(row)) for sheet in filled for n, *row in sheet.itertuples()]
 
@@ -110,7 +109,7 @@ def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
 def _records(path: Path) -> list[tuple[int, list[Any]]]:
     found = parse_json(detected_text(read_bytes(path), path)[0], path)
     if not isinstance(found, list) or not all(isinstance(row, dict) for row in found):
-        raise DataError(f"{path}: must hold a list of objects, one per row")
+        raise DataError(path, "must hold a list of objects, one per row")
     names = list(dict.fromkeys(name for row in found for name in row))
     return [(0, names), *((n, [row.get(name) for name in names]) for n, row in enumerate(found, 1))]
 
@@ -121,9 +120,9 @@ def finite_number(where: object, name: str, text: str | None) -> float:
     try:
         value = float(stripped)
     except ValueError:
-        raise DataError(f"{where}: {name} must be a number, got {stripped!r}") from None
+        raise DataError(where, f"{name} must be a number, got {stripped!r}") from None
     if not math.isfinite(value):
-        raise DataError(f"{where}: {name} must be a finite number, got {stripped!r}")
+        raise DataError(where, f"{name} must be a finite number, got {stripped!r}")
     return value
 
 
@@ -138,7 +137,7 @@ def number_columns(
     head = None if names is None else 0
     if path.suffix.lower() == ".xlsx":
         imported("openpyxl", extra="formats", what="workbooks")
-    try:
+    with decoding(path, "not a readable table"):
         match path.suffix.lower():
             case ".xlsx":
                 table = pd.read_excel(path, header=head, engine="openpyxl")
@@ -147,15 +146,14 @@ def number_columns(
             case _:
                 table = pd.read_csv(path, header=head, sep=separator, index_col=False, skip_blank_lines=False)
                 table = table.dropna(how="all")
-    except Exception as error:  # pandas and the readers below it raise whatever a damaged file leads to
-        raise DataError(f"{path}: not a readable table: {one_line(error)}") from error
     if lacking := [name for name in names or () if name not in table]:
         raise DataError(
-            f"{path}: needs columns {_listed(names or ())}, lacks {_listed(lacking)}, has {_listed(table.columns)}"
+            path,
+            f"needs columns {_listed(names or ())}, lacks {_listed(lacking)}, has {_listed(table.columns)}",
         )
     chosen = table if names is None else table[list(names)]
     if len(chosen) < least:
-        raise DataError(f"{path}: must have {least} or more rows of samples, got {len(chosen)}")
+        raise DataError(path, f"must have {least} or more rows of samples, got {len(chosen)}")
     values = np.array([pd.to_numeric(chosen[name], errors="coerce") for name in chosen], np.float64)
     bad = np.argwhere(~np.isfinite(values.T))
     if len(bad):
@@ -164,9 +162,7 @@ def number_columns(
         where = (
             f"row {chosen.index[row] + (1 if names is None else 2)}, column {name if names else column + 1}"
         )
-        raise DataError(
-            f"{path}: {where}: must be a finite number, got {str(chosen.iloc[row, column])[:40]!r}"
-        )
+        raise DataError(path, f"{where}: must be a finite number, got {str(chosen.iloc[row, column])[:40]!r}")
     return values
 
 
@@ -181,11 +177,12 @@ def check_parquet(source: Path | BinaryIO | pa.NativeFile, where: Path | str) ->
         facts = pq.read_metadata(source)
         unpacked = sum(facts.row_group(i).total_byte_size for i in range(facts.num_row_groups))
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise DataError(f"{where}: not a readable Parquet file: {error}") from error
+        raise DataError(where, f"not a readable Parquet file: {error}") from error
     if facts.num_rows > MOST_ROWS or unpacked > MOST_BYTES:
         raise DataError(
-            f"{where}: must have at most {MOST_ROWS} rows and {MOST_BYTES // MIB} MiB, "
-            f"got {facts.num_rows} and {unpacked / MIB:.0f} MiB"
+            where,
+            f"must have at most {MOST_ROWS} rows and {MOST_BYTES // MIB} MiB, "
+            f"got {facts.num_rows} and {unpacked / MIB:.0f} MiB",
         )
 
 
@@ -196,4 +193,4 @@ def read_parquet(source: Path | pa.NativeFile, name: str = "") -> pa.Table:
     try:
         return pq.read_table(source)
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise DataError(f"{where}: not a readable Parquet file: {error}") from error
+        raise DataError(where, f"not a readable Parquet file: {error}") from error

@@ -15,7 +15,7 @@ import numpy as np
 from tactogram.datasets.importer import LeftOut
 from tactogram.datasets.recording import FileReading
 from tactogram.datasets.takes import QUANTITIES
-from tactogram.errors import DataError, TactogramError
+from tactogram.errors import DataError, Message, Remedy, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import SignalFile, complete, read_contents
 from tactogram.signal.io.content import MATERIAL, ColumnUse, FileContent, TableLayout
@@ -82,25 +82,25 @@ def read_parts(
     if not intervals:
         return [_whole(sources, info)]
     heading = {use.role: use.heading for use in sources[0].content.uses}.get(MATERIAL) if labels else None
-    found: list[FilePart | LeftOut] = []
+    parts: list[FilePart | LeftOut] = []
     unlabelled = number = 0
     for interval in intervals:
         if heading is not None and MATERIAL not in interval.labels:
             unlabelled += len(interval.contents[0].rows)
             continue
         number += 1
-        found.append(_part(sources, interval, number, info, name))
-    if not any(isinstance(part, FilePart) or part.broken for part in found):
-        raise DataError(f"{paths[0]}: {_useless(heading, intervals, labels=bool(labels))}")
+        parts.append(_part(sources, interval, number, info, name))
+    if not any(isinstance(part, FilePart) or part.broken for part in parts):
+        raise DataError(paths[0], _useless(heading, intervals, labels=bool(labels)))
     if not labels:
-        first = next(part for part in found if isinstance(part, FilePart) or part.broken)
+        first = next(part for part in parts if isinstance(part, FilePart) or part.broken)
         if isinstance(first, FilePart):
             reading = replace(first.reading, notes=(*first.reading.notes, HOLES))
-            found[found.index(first)] = replace(first, reading=reading)
+            parts[parts.index(first)] = replace(first, reading=reading)
     if unlabelled:
-        reason = f"{name}: {unlabelled} row{'s' * (unlabelled != 1)} without a label in column {heading!r}"
-        found.append(LeftOut("unlabelled", reason))
-    return found
+        reason = f"{unlabelled} row{'s' * (unlabelled != 1)} without a label in column {heading!r}"
+        parts.append(LeftOut("unlabelled", Message(reason, place=name)))
+    return parts
 
 
 def has_labels(path: Path, layouts: Sequence[TableLayout]) -> bool:
@@ -123,13 +123,13 @@ def _without_holes(sources: Sequence[_Source]) -> list[Interval]:
         return []
     starts = [-np.inf, *sorted(stop for _, stop in edges)]
     stops = [*sorted(start for start, _ in edges), np.inf]
-    found = []
+    intervals = []
     for start, stop in zip(starts, stops, strict=True):
         parts = [_between(source.content, start, stop) for source in sources]
         rows = parts[0].rows
         if all(part.samples.shape[1] for part in parts):
-            found.append(Interval({}, (rows[0], rows[-1]) if rows else (0, 0), tuple(parts)))
-    return found
+            intervals.append(Interval({}, (rows[0], rows[-1]) if rows else (0, 0), tuple(parts)))
+    return intervals
 
 
 def _holes(content: FileContent) -> list[tuple[float, float]]:
@@ -167,17 +167,15 @@ def _part(
     count = min(content.samples.shape[1] for content in interval.contents)
     if count < LEAST_ROWS:
         what = f" of {interval.labels[MATERIAL]!r}" if MATERIAL in interval.labels else ""
+        reason = f"{count} sample{'s' * (count != 1)}{what}, a recording needs {LEAST_ROWS}"
         remedy = "correct the labels there, or record longer" if interval.labels else HOLES
-        return LeftOut(
-            str(number),
-            f"{name}: {where}: {count} sample{'s' * (count != 1)}{what}, a recording needs {LEAST_ROWS}; {remedy}",
-        )
+        return LeftOut(str(number), Message(reason, remedy, place=f"{name}: {where}"))
     parts = [replace(source, content=c) for source, c in zip(sources, interval.contents, strict=True)]
     try:
         part = _whole(parts, info)
     except TactogramError as error:
-        reason = str(error).removeprefix(f"{sources[0].path}: ")
-        return LeftOut(str(number), f"{name}: {where}: {reason}", broken=True)
+        reason = Message(error.message.within(sources[0].path), place=f"{name}: {where}")
+        return LeftOut(str(number), reason, broken=True)
     return replace(part, labels=interval.labels, number=number)
 
 
@@ -193,9 +191,7 @@ def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
         file = complete(source.content, source.path, unit=unit, axes=axes, rate=info.get("rate"))
         stream, note = _named(source, file, info.get("stream") if main else None)
         if stream in streams:
-            raise DataError(
-                f"{source.path}: {stream} is in another file of the same take, too; move one away"
-            )
+            raise DataError(source.path, f"{stream} is in another file of the same take, too; move one away")
         streams[stream] = file.signal
         files[stream] = file
         notes += [each for each in (*file.notes, *note) if each not in notes]
@@ -247,8 +243,8 @@ def _without_unit(files: Mapping[str, SignalFile]) -> list[str]:
         and not any(use.unit == "1" for use in file.columns)
     }
     known = ",".join(dict.fromkeys(unit for unit in without.values() if unit in UNITS or unit == "g"))
-    option = f"; `unit={known}` states it" if known else ""
-    return [f"no unit stated for {', '.join(without)}{option}"] * bool(without)
+    remedies = [Remedy("state it,", "unit", known)] if known else []
+    return [Message(f"no unit stated for {', '.join(without)}", *remedies)] * bool(without)
 
 
 def _late(begins: Mapping[str, float], first: Signal) -> list[str]:
@@ -279,32 +275,34 @@ def _named(source: _Source, file: SignalFile, stream: str | None) -> tuple[str, 
 
 def _uses(sources: Sequence[_Source], files: Mapping[str, SignalFile]) -> list[list[ColumnUse]]:
     """Return what the columns of each file were read as; of several streams, axes have their stream's name in front."""
-    found: dict[Path, list[ColumnUse]] = {}
+    uses: dict[Path, list[ColumnUse]] = {}
     for source, (stream, file) in zip(sources, files.items(), strict=True):
-        if source.path in found:
+        if source.path in uses:
             continue  # the streams of a file share its columns
         axes = {axis for other in files.values() for axis in other.signal.axes}
-        found[source.path] = [
+        uses[source.path] = [
             replace(use, role=f"{use.stream or stream}: {use.role}")
             if len(files) > 1 and use.role in axes
             else use
             for use in file.columns
         ]
-    return list(found.values())
+    return list(uses.values())
 
 
-def _useless(heading: str | None, intervals: Sequence[Interval], *, labels: bool) -> str:
+def _useless(heading: str | None, intervals: Sequence[Interval], *, labels: bool) -> Message:
     """Return why no part of a table is a recording."""
+    mapping = "mapping", "FILE.toml"
     named = {interval.labels[MATERIAL] for interval in intervals if MATERIAL in interval.labels}
     if not labels:
-        return f"{HOLES}, of which none has {LEAST_ROWS} samples; record without losses"
+        return Message(f"{HOLES}, of which none has {LEAST_ROWS} samples", "record without losses")
     if heading is None:
-        return (
-            f"its labels change more often than every {LEAST_ROWS} rows; omit its column, `mapping=FILE.toml`"
-        )
+        problem = f"its labels change more often than every {LEAST_ROWS} rows"
+        return Message(problem, Remedy("omit its column,", *mapping))
     if not named:
-        return f"column {heading!r} has no label in any row; fill it in, or omit it, `mapping=FILE.toml`"
-    return (
-        f"column {heading!r}: none of its {len(named)} labels holds for {LEAST_ROWS} rows in succession; if these are "
-        "no labels of materials, omit the column, `mapping=FILE.toml`"
+        problem = f"column {heading!r} has no label in any row"
+        return Message(problem, "fill it in", Remedy("omit it,", *mapping))
+    return Message(
+        f"none of its {len(named)} labels holds for {LEAST_ROWS} rows in succession",
+        Remedy("if these are no labels of materials, omit the column,", *mapping),
+        place=f"column {heading!r}",
     )

@@ -22,7 +22,7 @@ from tactogram.datasets.store.photographs import Photograph, read_photograph
 from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.datasets.store.writing import new_store
-from tactogram.errors import DataError, ParameterError, TactogramError, printable
+from tactogram.errors import DataError, Message, ParameterError, Remedy, TactogramError, printable
 
 
 def import_dataset(
@@ -157,7 +157,7 @@ def find_set(set_name: str, path: Path, options: Mapping[str, Any]) -> FoundSet:
     items = source.find(path, **options)
     pictures: list[ImportedPhotograph] = _optional(source, "photographs", path, options) or []
     if not items and not pictures:
-        raise DataError(f"{path}: nothing to import as {set_name!r}; {source.TITLE} was not found there")
+        raise DataError(path, f"nothing to import as {set_name!r}; {source.TITLE} was not found there")
     left_out: list[tuple[str, str]] = _optional(source, "left_out", path, options) or []
     paths: PathReading | None = _optional(source, "paths", path, options)
     return FoundSet(set_name, source, items, pictures, left_out, paths or PathReading())
@@ -180,9 +180,7 @@ def _check_options(set_name: str, source: Importer, options: Mapping[str, Any]) 
     known = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
     for name in options:
         if name not in known:
-            raise ParameterError(
-                f"options of {set_name} must be among {', '.join(known) or 'none'}, got {name!r}"
-            )
+            raise ParameterError.one_of(f"options of {set_name}", known or ["none"], name)
 
 
 def _optional(source: Importer, function_name: str, path: Path, options: Mapping[str, Any]) -> Any:
@@ -231,10 +229,8 @@ class ImportSink:
         """Read every item and picture after those that the target has already."""
         if found.lacks_much and not self.skip_bad:
             files = len(found.left_out) + len(found.items) + len(found.pictures)
-            raise DataError(
-                f"{found.left_out[0][1]}; in all {len(found.left_out)} of {files} files cannot be read: "
-                "`skip_bad` leaves them out"
-            )
+            many = f"in all {len(found.left_out)} of {files} files cannot be read: leave them out by"
+            raise DataError(found.left_out[0][1], remedy=Remedy(many, "skip_bad"))
         for name, reason in found.left_out:
             self._report(name, reason)
         report = progress or (lambda done, total: None)
@@ -270,7 +266,7 @@ class ImportSink:
             except StoreMismatchError:
                 raise
             except TactogramError as error:
-                self._skip(item.name, str(error))
+                self._skip(item.name, error.message)
 
     def add_picture(self, picture: ImportedPhotograph) -> None:
         """Pass on a photograph of a material, or skip it."""
@@ -280,7 +276,7 @@ class ImportSink:
         except StoreMismatchError:
             raise
         except TactogramError as error:
-            self._skip(picture.name, str(error))
+            self._skip(picture.name, error.message)
 
     def _photograph(self, item: ImportItem) -> Photograph | None:
         """Return the photograph of an item, opened once however many items share it."""
@@ -291,17 +287,17 @@ class ImportSink:
             try:
                 self._photographs[item.image] = read_photograph(item.image, width_mm=item.image_width_mm)
             except DataError as error:
-                self._skip(str(item.image), str(error))
+                self._skip(str(item.image), error.message)
         return self._photographs[item.image]
 
     def _skip(self, source: str, reason: str) -> None:
         if not self.skip_bad:
-            raise DataError(f"{reason}; `skip_bad` leaves it out")
+            raise DataError(reason, remedy=Remedy("leave it out by", "skip_bad"))
         self.needed_skip = True
         self._report(source, reason)
 
     def _report(self, source: str, reason: str) -> None:
-        skipped = {"source": printable(source), "reason": printable(reason)}
+        skipped = {"source": printable(source), "reason": Message(reason)}
         if skipped not in self.target.skipped:
             self.target.skipped.append(skipped)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from tactogram.errors import ParameterError
+from tactogram.errors import Message, ParameterError, Remedy
 
 SPEEDS = {
     **dict.fromkeys(("mms", "mm_s", "mm-s", "mmps", "mmpers"), 1.0),
@@ -224,22 +224,25 @@ def read_paths(takes: Sequence[str], materials: Sequence[str]) -> PathReading:
         ]
         return PathReading(
             "",
-            f"{_listed(asked)} or {_listed(below.names)}: both may be the materials; state it with `path={ways[0]}` or "
-            f"`path={ways[1]}`",
+            Message(
+                f"{_listed(asked)} or {_listed(below.names)}: both may be the materials",
+                Remedy("state it with", "path", ways[0]),
+                Remedy("", "path", ways[1]),
+            ),
         )
     if not doubt:
         pattern, fields = _pattern([[_Words((), stated="material")], *levels[1:]])
         return PathReading(pattern if len(fields) > 1 and len(rows) == len(takes) else "")
     pattern, fields = _pattern(levels)
     proposed = pattern if "material" in fields else ""
-    remedy = f"`path={pattern}`" if proposed else "recordings.csv, or a folder for each material"
+    known = ("path", pattern) if proposed else ()
+    beside = "" if proposed else " recordings.csv, or a folder for each material"
     if not asked:
-        each = "" if proposed else ", or `path={material}` if each file is of another"
-        return PathReading(proposed, f"{doubt}; state it with {remedy}{each}")
-    return PathReading(
-        proposed,
-        f"{doubt}: {_listed(asked)}; state what the paths name with {remedy}, or keep these with `path={AS_THEY_ARE}`",
-    )
+        each = [] if proposed else [Remedy("if each file is of another,", "path", "{material}")]
+        return PathReading(proposed, Message(doubt, Remedy(f"state it with{beside}", *known), *each))
+    stated = Remedy(f"state what the paths name with{beside}", *known)
+    kept = Remedy("keep these with", "path", AS_THEY_ARE)
+    return PathReading(proposed, Message(f"{doubt}: {_listed(asked)}", stated, kept))
 
 
 def named_like(names: Iterable[str], field: str) -> bool:

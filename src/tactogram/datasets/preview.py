@@ -91,7 +91,7 @@ def preview_file(
     found = find_set(set_name, Path(path), options or {})
     items = [item for item in found.items if name.startswith(item.name)]
     if not items:
-        raise DataError(f"{name}: no longer there")
+        raise DataError(name, "no longer there")
     item = max(items, key=lambda item: len(item.name))
     result = read_item(set_name, item)
     if isinstance(result, str):
@@ -222,7 +222,7 @@ class _PreviewTarget:
         earlier = self._seen.setdefault(recording.id, (item, where))
         if earlier[0] != item:
             raise DataError(
-                f"{where}: the same samples as {earlier[1]}, but called {item!r} here and {earlier[0]!r} there"
+                where, f"the same samples as {earlier[1]}, but called {item!r} here and {earlier[0]!r} there"
             )
         self.duplicates += earlier[1] != where
         for name, signal in recording.streams.items():

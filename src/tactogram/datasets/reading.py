@@ -18,10 +18,10 @@ from typing import Any
 from tactogram.datasets.examples import cores
 from tactogram.datasets.importer import ImportItem, LeftOut, importer
 from tactogram.datasets.recording import Recording
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, Message, ParameterError, TactogramError
 from tactogram.main_script import allowed_processes
 
-Reading = Sequence[Recording | LeftOut] | str
+Reading = Sequence[Recording | LeftOut] | Message
 """Recordings of an item and its parts that are none, or one line on what is wrong with it."""
 PATIENCE_S = 2.0
 """What starting processes costs: less is read before they would be ready."""
@@ -67,8 +67,9 @@ def read_all(
                 yield item, future.result()
             except BrokenProcessPool as error:
                 raise DataError(
-                    f"{item.name}: a process died while reading this or a neighbouring item, perhaps out of memory; "
-                    "try workers=1"
+                    item.name,
+                    "a process died while reading this or a neighbouring item, perhaps out of memory; "
+                    "try workers=1",
                 ) from error
             done += 1
             progress(done, len(items))
@@ -81,18 +82,15 @@ def read_item(importer_name: str, item: ImportItem) -> Reading:
     try:
         for path in item.paths:
             if not path.is_file():
-                return f"{path}: missing, though {item.name} needs it"
+                return Message(f"missing, though {item.name} needs it", place=path)
             if path.stat().st_size == 0:
-                return f"{path}: empty file"
+                return Message("empty file", place=path)
         recordings = importer(importer_name).read(item)
     except TactogramError as error:
-        text = str(error)
+        return error.message if item.name in error.message.place else Message(error.message, place=item.name)
     except Exception as error:  # whatever a reader trips over, the user needs the name of the file
-        text = f"{type(error).__name__}: {error}"
-    else:
-        return recordings or f"{item.name}: holds no recording"
-    text = " ".join(text.split())
-    return text if item.name in text else f"{item.name}: {text}"
+        return Message(f"{type(error).__name__}: {error}", place=item.name)
+    return recordings or Message("holds no recording", place=item.name)
 
 
 def start_worker(ends: connection.Connection | None = None) -> None:
@@ -117,15 +115,15 @@ def by_kind(messages: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:
     Messages are alike but for names of files, numbers and what is quoted. The text of several is that of the first
     without its file's name.
     """
-    found: dict[str, dict[str, Any]] = {}
+    kinds: dict[str, dict[str, Any]] = {}
     for name, message in messages:
         plain = _without(message, name)
         key = _VARIES.sub("#", plain)
-        kind = found.setdefault(key, {"text": plain, "count": 0, "files": []})
+        kind = kinds.setdefault(key, {"text": plain, "count": 0, "files": []})
         kind["count"] += 1
         if len(kind["files"]) < MOST_NAMES and name not in kind["files"]:
             kind["files"].append(name)
-    return list(found.values())
+    return list(kinds.values())
 
 
 def in_one_line(kind: dict[str, Any]) -> str:
@@ -138,6 +136,8 @@ def in_one_line(kind: dict[str, Any]) -> str:
 
 
 def _without(message: str, name: str) -> str:
-    """Return a message without the name of its file, whole or at the end of a path, at its beginning."""
-    plain = name.partition("#")[0]
-    return re.sub(rf"^(?:\S.*?/)?{re.escape(plain)}(?:#\w+)?:\s*", "", message) if plain else message
+    """Return a message without its file, if ``name`` is that file, its end or a part of it."""
+    if not isinstance(message, Message):
+        return message
+    file, place = name.partition("#")[0], message.place.partition(": ")[0]
+    return message.within(place) if file and place.partition("#")[0].endswith(file) else message

@@ -31,13 +31,12 @@ class SelectionRule:
 
     def __post_init__(self) -> None:
         if not 0 <= self.low < self.high <= 1:
-            raise ParameterError(
-                f"limits must be 0 <= low < high <= 1, got {self.low:g} and {self.high:g}", parameter="limits"
+            raise ParameterError.must(
+                "limits", f"be 0 <= low < high <= 1, got {self.low:g} and {self.high:g}"
             )
         if self.window < 1 or self.after < 0:
-            raise ParameterError(
-                f"window must be at least 1 and after at least 0, got {self.window} and {self.after}",
-                parameter="window",
+            raise ParameterError.must(
+                "window", f"be at least 1 and after at least 0, got {self.window} and {self.after}"
             )
 
     def allows(self, iteration: int, loss: float, smoothed_rate: float) -> bool:

@@ -67,9 +67,7 @@ def recover(
     with torch.no_grad():
         target = magnitude.detach().reshape(-1, *magnitude.shape[-2:]).mT.contiguous()  # batch, frame, bin
         if not bool((torch.isfinite(target) & (target >= 0)).all()):
-            raise ParameterError(
-                "magnitude must be finite and >= 0, got a value that is not", parameter="magnitude"
-            )
+            raise ParameterError.must("magnitude", "be finite and >= 0, got a value that is not")
         scale = target.amax((1, 2), keepdim=True)
         target = target / torch.where(scale > 0, scale, 1)
         if start == "gradient":

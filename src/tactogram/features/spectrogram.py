@@ -79,9 +79,8 @@ class Spectrogram:
         if not (math.isfinite(self.rate) and self.rate > 0):
             raise ParameterError.must("rate", "be > 0 and finite", self.rate)
         if not -math.inf < self.floor_db < self.ceil_db < math.inf:
-            raise ParameterError(
-                f"floor_db must be < ceil_db, both finite, got {self.floor_db} and {self.ceil_db}",
-                parameter="floor_db",
+            raise ParameterError.must(
+                "floor_db", f"be < ceil_db, both finite, got {self.floor_db} and {self.ceil_db}"
             )
         if self.unit not in UNITS:
             raise ParameterError.one_of("unit", UNITS, self.unit)
@@ -128,7 +127,7 @@ class Spectrogram:
         A value that is not finite raises `ParameterError`.
         """
         if not torch.compiler.is_compiling() and not bool(torch.isfinite(value).all()):
-            raise ParameterError("values must be finite, got NaN or infinity", parameter="values")
+            raise ParameterError.must("values", "be finite, got NaN or infinity")
         share = ((value + 1) / 2).clamp(0, 1)
         db = self.floor_db + (self.ceil_db - self.floor_db) * share
         return torch.where(share > 0, 10 ** (db / 20), torch.zeros_like(db))
@@ -287,9 +286,7 @@ class AmplitudeSpectrogram:
         with torch.no_grad():
             target = magnitude.detach().reshape(-1, self.bins, self.frames).mT  # batch, frame, bin
             if not bool((torch.isfinite(target) & (target >= 0)).all()):
-                raise ParameterError(
-                    "magnitude must be finite and >= 0, got a value that is not", parameter="magnitude"
-                )
+                raise ParameterError.must("magnitude", "be finite and >= 0, got a value that is not")
             x = self._recovered(target, seed)
             return x.reshape(*magnitude.shape[:-2], self.length)
 

@@ -79,9 +79,7 @@ class STFT:
         """
         check_precision("x", x)
         if x.ndim == 0 or x.shape[-1] == 0:
-            raise ParameterError(
-                f"x must have at least one sample, got shape {tuple(x.shape)}", parameter="x"
-            )
+            raise ParameterError.must("x", f"have at least one sample, got shape {tuple(x.shape)}")
         length = x.shape[-1]
         left = self.n_fft // 2
         right = self.length(self.frames(length)) + self.n_fft - left - length

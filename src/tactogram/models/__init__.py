@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from tactogram.errors import ParameterError, shown
+from tactogram.errors import ParameterError, Remedy, shown
 from tactogram.model import Kind, Model, ModelConfig, condition_types
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
@@ -126,10 +126,8 @@ class ModelInfo(ModelDescription):
             return self.folder / "recipes" / f"{name}.toml"
         if name.endswith(".toml") and Path(name).is_file():
             return Path(name)
-        raise ParameterError(
-            f"recipe of {self.name} must be one of {', '.join(self.recipes())}, or a TOML file; got {name!r}",
-            value=name,
-            choices=self.recipes(),
+        raise ParameterError.one_of(
+            f"recipe of {self.name}", self.recipes(), name, remedy="or give a TOML file"
         )
 
     def config_class(self) -> type[ModelConfig]:
@@ -205,12 +203,8 @@ def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:
     """Return the model called ``name``, of those `available` in ``folders``."""
     models = available(folders)
     if name not in models:
-        raise ParameterError.must(
-            "model",
-            f"be one of {', '.join(models)}, or of a folder in `model_folders`",
-            name,
-            choices=models,
-        )
+        remedy = Remedy("name the folder of another with", "model_folders")
+        raise ParameterError.one_of("model", models, name, remedy=remedy)
     return models[name]
 
 

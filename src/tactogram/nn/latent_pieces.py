@@ -76,7 +76,5 @@ def given_latent(condition: Condition, size: int, *, piece: int = 0) -> dict[int
         return {}
     latent = np.asarray(condition["latent"], np.float32)
     if latent.shape != (size,) or not (np.abs(latent) <= 1).all():
-        raise ParameterError(
-            f"latent must be {size} numbers in -1 to 1, got shape {latent.shape}", parameter="latent"
-        )
+        raise ParameterError.must("latent", f"be {size} numbers in -1 to 1, got shape {latent.shape}")
     return {piece: torch.from_numpy(latent)}

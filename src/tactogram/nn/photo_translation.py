@@ -90,9 +90,8 @@ class PhotoTranslation(Saved):
         if not kind.materials:
             raise ParameterError("photographs and recordings are paired by material, and none has one")
         if kind.domain != "time":
-            raise ParameterError(
-                f"recordings must be over time, got ones over {kind.domain}; take frictgan or texture_flow",
-                parameter="recordings",
+            raise ParameterError.must(
+                "recordings", f"be over time, got ones over {kind.domain}; take frictgan or texture_flow"
             )
         if len(kind.axes) != 1:
             raise ParameterError(

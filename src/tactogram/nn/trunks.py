@@ -121,7 +121,7 @@ class Trunk(nn.Module):
             self.network.load_state_dict(state)
         except RuntimeError as error:
             first = str(error).split("\n")[1].strip() if "\n" in str(error) else str(error)
-            raise DataError(f"{self._file()}: not weights of {self.name}: {first[:120]}") from error
+            raise DataError(self._file(), f"not weights of {self.name}: {first[:120]}") from error
         self.loaded = True
 
     def _file(self) -> Path:
@@ -165,7 +165,7 @@ class PerceptualLoss(nn.Module):
             try:
                 network.load_state_dict(state)
             except RuntimeError as error:
-                raise DataError(f"{file}: not weights of VGG-19") from error
+                raise DataError(file, "not weights of VGG-19") from error
         layers = list(network.features)  # type: ignore[arg-type]
         bounds = zip((0, *SLICES[:-1]), SLICES, strict=True)
         self.slices = nn.ModuleList(nn.Sequential(*layers[a:b]) for a, b in bounds)

@@ -80,7 +80,7 @@ def weight_file(path: Path | str, weights: PretrainedWeights, *, option: str) ->
         file = Path(path).expanduser()
         if not file.is_file():
             raise DataError(
-                f"{file}: no weights of {weights.network} there; set {option} to {weights.file_name}"
+                file, f"no weights of {weights.network} there; set {option} to {weights.file_name}"
             )
         return file
     file = weights.cached
@@ -104,7 +104,7 @@ def read_weights(file: Path) -> Mapping[str, Tensor]:
         state: Mapping[str, Tensor] = torch.load(file, map_location="cpu", weights_only=True)
     except Exception as error:  # of many kinds
         line = str(error).partition("\n")[0]
-        raise DataError(f"{file}: not a readable file of weights: {line[:120]}") from error
+        raise DataError(file, f"not a readable file of weights: {line[:120]}") from error
     if not (isinstance(state, Mapping) and all(isinstance(value, Tensor) for value in state.values())):
-        raise DataError(f"{file}: not a file of weights: expected tensors by name")
+        raise DataError(file, "not a file of weights: expected tensors by name")
     return state

@@ -62,17 +62,14 @@ class AutoregressiveModel:
         innovation = _fixed(self.innovation)
         mean = _fixed(np.zeros(n) if self.mean is None else self.mean)
         if n == 0 or reflection.ndim != 2 or len(reflection) != n:
-            raise ParameterError(
-                f"reflection must be ({n} axes, order), got shape {reflection.shape}", parameter="reflection"
-            )
+            raise ParameterError.must("reflection", f"be ({n} axes, order), got shape {reflection.shape}")
         if not np.all(np.abs(reflection) < 1):
             raise ParameterError(
                 "reflection coefficients must be within (-1, 1): the filter would not be stable"
             )
         if innovation.shape != (n, n) or mean.shape != (n,):
-            raise ParameterError(
-                f"innovation must be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}",
-                parameter="innovation",
+            raise ParameterError.must(
+                "innovation", f"be ({n}, {n}) and mean ({n},), got {innovation.shape} and {mean.shape}"
             )
         if not (np.isfinite(innovation).all() and np.isfinite(mean).all()):
             raise ParameterError("innovation and mean must be finite")
@@ -182,9 +179,8 @@ class AutoregressiveModel:
         """
         _same(self, signal)
         if len(signal) <= self.order:
-            raise ParameterError(
-                f"signal must be longer than the order {self.order}, got {len(signal)} samples",
-                parameter="signal",
+            raise ParameterError.must(
+                "signal", f"be longer than the order {self.order}, got {len(signal)} samples"
             )
         forward = signal.samples.astype(np.float64) - np.asarray(self.mean)[:, None]
         return _prediction_error(self.reflection, forward)

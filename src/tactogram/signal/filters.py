@@ -101,9 +101,7 @@ def differentiate(signal: Signal) -> Signal:
         raise ParameterError("a signal over displacement cannot be differentiated over time")
     n = len(signal)
     if n < 2:
-        raise ParameterError(
-            "signal must have at least two samples to be differentiated, got 1", parameter="signal"
-        )
+        raise ParameterError.must("signal", "have at least two samples to be differentiated, got 1")
     x = signal.samples.astype(np.float64)
     slope = (x[:, -1:] - x[:, :1]) / (n - 1)
     x = x - x[:, :1] - slope * np.arange(n)
@@ -115,15 +113,14 @@ def differentiate(signal: Signal) -> Signal:
 
 def _check_band(rate: float, low: float, high: float) -> None:
     if not (0 <= low < high):
-        raise ParameterError(f"band must be 0 <= low < high in Hz, got {low:g} {high:g}", parameter="band")
+        raise ParameterError.must("band", f"be 0 <= low < high in Hz, got {low:g} {high:g}")
     top = high if np.isfinite(high) else low
     if top >= rate / 2:
-        raise ParameterError(
-            f"band must end below half the rate ({rate / 2:g} Hz), got {low:g} {high:g}; lower its edges",
-            parameter="band",
+        raise ParameterError.must(
+            "band", f"end below half the rate ({rate / 2:g} Hz), got {low:g} {high:g}; lower its edges"
         )
     if low == 0 and np.isinf(high):
-        raise ParameterError("band must have an edge, got 0 inf", parameter="band")
+        raise ParameterError.must("band", "have an edge, got 0 inf")
 
 
 def _forward_backward(sos: NDArray[np.float64], signal: Signal, slowest: float) -> NDArray[np.float64]:

@@ -65,9 +65,8 @@ def reflection_of_polynomial(polynomial: ArrayLike) -> Array:
     for m in range(a.size - 1, 0, -1):
         k = a[m]
         if not abs(k) < 1:
-            raise ParameterError(
-                f"filter must be stable (roots inside the unit circle), got reflection coefficient {k:g}",
-                parameter="filter",
+            raise ParameterError.must(
+                "filter", f"be stable (roots inside the unit circle), got reflection coefficient {k:g}"
             )
         reflection[m - 1] = k
         a = (a[:m] - k * a[m:0:-1]) / (1 - k * k)

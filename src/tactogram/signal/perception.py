@@ -112,9 +112,7 @@ def _check(signal: Signal, band: tuple[float, float]) -> None:
     if signal.domain != "time":
         raise ParameterError("a signal over displacement is felt only at a speed: it must be over time")
     if not 0 < band[0] < band[1]:
-        raise ParameterError(
-            f"band must be 0 < low < high in Hz, got {band[0]:g} {band[1]:g}", parameter="band"
-        )
+        raise ParameterError.must("band", f"be 0 < low < high in Hz, got {band[0]:g} {band[1]:g}")
 
 
 def _weight(frequency: NDArray[np.float64], unit: str, band: tuple[float, float]) -> NDArray[np.float64]:

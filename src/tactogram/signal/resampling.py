@@ -28,13 +28,12 @@ def resample(signal: Signal, rate: float) -> Signal:
     ratio = rate / signal.rate
     length = round(len(signal) * ratio)
     if length < 1:
-        raise ParameterError(
-            f"rate must leave at least one sample, got {rate:g} for {len(signal)} samples at {signal.rate:g}",
-            parameter="rate",
+        raise ParameterError.must(
+            "rate", f"leave at least one sample, got {rate:g} for {len(signal)} samples at {signal.rate:g}"
         )
     if length > MOST_SAMPLES:
-        raise ParameterError(
-            f"rate must leave at most {MOST_SAMPLES} samples, got {rate:g} for {length:.3g}", parameter="rate"
+        raise ParameterError.must(
+            "rate", f"leave at most {MOST_SAMPLES} samples, got {rate:g} for {length:.3g}"
         )
     pad = _whole_pad(ratio)
     x = _extended(signal.samples, pad)

@@ -24,7 +24,10 @@ Domain = Literal["time", "displacement"]
 
 def check_rate(rate: float, name: str = "rate") -> float:
     """Return ``rate`` as a float; `ParameterError` if it is not within `RATES`."""
-    rate = float(rate)
+    try:
+        rate = float(rate)
+    except (TypeError, ValueError):
+        raise ParameterError.must(name, "be a number", rate) from None
     if not (rate > 0 and np.isfinite(rate)):
         raise ParameterError(f"{name} must be > 0 and finite, got {rate:g}")
     if not RATES[0] <= rate <= RATES[1]:
@@ -174,16 +177,14 @@ def signal_of(value: object, name: str = "signal") -> Signal:
     if isinstance(value, Signal):
         return value
     got = shown(value) if isinstance(value, str | Path) else type(value).__name__
-    how = (
-        f"read it, `read_signal({got})`"
-        if isinstance(value, str | Path)
-        else "make one, `Signal(samples, rate, unit)`"
-    )
+    how = f"read it, `read_signal({got})`"
+    if not isinstance(value, str | Path):
+        how = "make one, `Signal(samples, rate, unit)`"
     raise ParameterError(
-        f"{name} must be a Signal, which states its rate and unit, got {got}; {how}",
+        f"must be a Signal, which states its rate and unit, got {got}",
         parameter=name,
         value=value,
-        expected="a Signal",
+        expected="be a Signal",
         remedy=how,
     )
 
@@ -195,20 +196,17 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
     except ValueError as error:
         raise ParameterError.must("samples", f"be an array (axis, time): {one_line(error)}") from None
     if array.ndim not in (1, 2) or array.size == 0:
-        raise ParameterError(
-            f"samples must be (axis, time), not empty, got shape {array.shape}", parameter="samples"
-        )
+        raise ParameterError.must("samples", f"be (axis, time), not empty, got shape {array.shape}")
     if array.dtype.kind not in "fiub":
-        raise ParameterError(f"samples must be real numbers, got dtype {array.dtype}", parameter="samples")
+        raise ParameterError.must("samples", f"be real numbers, got dtype {array.dtype}")
     array = np.atleast_2d(array)
     if array.dtype != np.float32 or array.flags.writeable:
         with np.errstate(over="ignore"):
             array = np.array(array, dtype=np.float32)
     if not np.isfinite(array).all():
         axis, place = np.argwhere(~np.isfinite(array))[0]
-        raise ParameterError(
-            f"samples must be finite, got {array[axis, place]} at axis {axis}, sample {place}",
-            parameter="samples",
+        raise ParameterError.must(
+            "samples", f"be finite, got {array[axis, place]} at axis {axis}, sample {place}"
         )
     array.flags.writeable = False
     return array
@@ -232,9 +230,8 @@ class Image:
     def __post_init__(self) -> None:
         pixels = np.asarray(self.pixels)
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or pixels.size == 0:
-            raise ParameterError(
-                f"pixels must be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}",
-                parameter="pixels",
+            raise ParameterError.must(
+                "pixels", f"be uint8 (row, column, 3), got {pixels.dtype} of shape {pixels.shape}"
             )
         if self.mm_per_pixel is not None and not 0 < self.mm_per_pixel < np.inf:
             raise ParameterError.must("mm_per_pixel", "be > 0", self.mm_per_pixel)

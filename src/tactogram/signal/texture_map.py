@@ -59,9 +59,7 @@ class ConditionMap:
     def __init__(self, conditions: ArrayLike, *, triangles: ArrayLike | None = None) -> None:
         points = np.array(conditions, np.float64)
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
-            raise ParameterError(
-                f"conditions must be (condition, 2), got shape {points.shape}", parameter="conditions"
-            )
+            raise ParameterError.must("conditions", f"be (condition, 2), got shape {points.shape}")
         known = ~np.isnan(points)
         if not np.array_equal(known.all(axis=0), known.any(axis=0)):
             raise ParameterError("a speed or force must be known for every model or for none")
@@ -134,9 +132,7 @@ class ModelMap(ConditionMap, Generic[M]):
     ) -> None:
         shape = np.shape(conditions)
         if not models or shape != (len(models), 2):
-            raise ParameterError(
-                f"conditions must be ({len(models)} models, 2), got shape {shape}", parameter="conditions"
-            )
+            raise ParameterError.must("conditions", f"be ({len(models)} models, 2), got shape {shape}")
         super().__init__(conditions, triangles=triangles)
         self.models = tuple(models)
 

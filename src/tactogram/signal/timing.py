@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, special
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.signal.resampling import resample
 from tactogram.signal.signal import RATES, Domain, Signal
 
@@ -66,7 +66,8 @@ def _clocked(t: NDArray[np.float64]) -> tuple[SamplingTiming, NDArray[np.float64
     if repeated > MOST_REPEATED * len(steps) and repeated > 1:
         raise DataError(
             f"{repeated} of {len(t)} time stamps repeat the one before: they are too coarse or the arrival times "
-            "of blocks; give the rate instead, e.g. `rate=1000`"
+            "of blocks",
+            remedy=Remedy("give the rate instead, e.g.", "rate", 1000),
         )
     resolution = _resolution(t)
     places = _places(t)
@@ -130,9 +131,7 @@ def to_uniform(
     t = _checked(times)
     x = np.atleast_2d(np.asarray(samples, dtype=np.float64))
     if x.ndim != 2 or x.shape[1] != len(t):
-        raise ParameterError(
-            f"samples must be (axis, {len(t)}) as there are times, got shape {x.shape}", parameter="samples"
-        )
+        raise ParameterError.must("samples", f"be (axis, {len(t)}) as there are times, got shape {x.shape}")
     timing, instants = _clocked(t)
     if instants[-1] > _MOST_MISSING * len(t) + 100:
         raise DataError(

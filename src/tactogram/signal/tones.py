@@ -65,9 +65,8 @@ class ToneProcess:
     def add(self, out: Array, first: ToneParameters, last: ToneParameters, moving: bool) -> None:
         """Add the next samples to ``out``, (axis, time); ``moving`` if the parameters at the end are others."""
         if first.frequency.shape != last.frequency.shape:
-            raise ParameterError(
-                f"tones must keep their lines, got {len(first.frequency)}, then {len(last.frequency)}",
-                parameter="tones",
+            raise ParameterError.must(
+                "tones", f"keep their lines, got {len(first.frequency)}, then {len(last.frequency)}"
             )
         if not len(first.frequency):
             return

@@ -124,9 +124,7 @@ def intraclass_correlation(scores: ArrayLike) -> IntraclassCorrelation | None:
 def _table(scores: ArrayLike) -> NDArray[np.float64]:
     table = np.asarray(scores, np.float64)
     if table.ndim != 2 or np.isinf(table).any():
-        raise ParameterError(
-            f"scores must be finite or NaN, shape (item, rater), got shape {table.shape}", parameter="scores"
-        )
+        raise ParameterError.must("scores", f"be finite or NaN, shape (item, rater), got shape {table.shape}")
     return table
 
 

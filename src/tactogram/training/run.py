@@ -24,7 +24,7 @@ from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import ImageKind, Kind, Model, SignalKind
 from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
-from tactogram.text_files import parse_json, read_json, read_text
+from tactogram.text_files import parse_json, path_of, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
 
 VERSION = 1
@@ -221,7 +221,7 @@ def run_at(folder: Path | str) -> Run:
             f"a run must be in a folder, got {folder}; copy it from and to an object store by its own program, "
             "such as `aws s3 sync`"
         )
-    return Run(Path(folder))
+    return Run(path_of(folder, "run"))
 
 
 def open_run(folder: Path | str) -> Run:

@@ -114,8 +114,10 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
     ParameterError
         For an unknown task, a task that needs a run of your own, or a run that does something else.
     """
-    if task not in _TASKS:
-        raise ParameterError.must("task", f"be {some_of(tuple(_TASKS), like=task)}", task, choices=_TASKS)
+    if not isinstance(task, str) or task not in _TASKS:
+        raise ParameterError.must(
+            "task", f"be {some_of(tuple(_TASKS), like=str(task))}", task, choices=_TASKS
+        )
     wanted = _TASKS[task]
     chosen = wanted.shipped if run is None else run
     if chosen is None:

@@ -115,8 +115,8 @@ class TestHapTex:
         with pytest.raises(ParameterError, match="rate must be a number > 0, got 'fast'"):
             import_dataset("haptex", tmp_path / "h", tmp_path / "t", options={"rate": "fast"})
         with pytest.raises(
-            ParameterError, match="options of haptex must be among rate, width_mm, got 'speed'"
+            ParameterError, match="options of haptex must be one of rate, width_mm, got 'speed'"
         ):
             import_dataset("haptex", tmp_path / "h", tmp_path / "t", options={"speed": 1})
-        with pytest.raises(ParameterError, match="options of lmt108 must be among none"):
+        with pytest.raises(ParameterError, match="options of lmt108 must be one of none"):
             import_dataset("lmt108", tmp_path / "h", tmp_path / "t", options={"speed": 1})

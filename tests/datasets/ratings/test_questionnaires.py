@@ -294,8 +294,8 @@ class TestQualtrics:
         assert table.notes == (
             "read as an export of Qualtrics: rater of 'ResponseId', item of the questions",
             "rows left out of questions and their identifiers: 2, the first is row 2",
-            "rows left out of previews (ignore=Status keeps them): 1, the first is row 4",
-            "rows left out of unfinished answers (ignore=Finished keeps them): 1, the first is row 6",
+            "rows left out of previews: 1, the first is row 4; keep them by `ignore=Status`",
+            "rows left out of unfinished answers: 1, the first is row 6; keep them by `ignore=Finished`",
             "columns left out: StartDate, EndDate, Status, Progress, Finished, UserLanguage, Q3, Q4_TEXT",
         )
 

@@ -38,3 +38,12 @@ def test_a_drive_that_a_fade_makes_smaller_says_so():
     x[:8] = 1
     drive = fit(Signal(x, 2000, "1"), open_display("string-tablet"), level=parse_level("peak=1"))
     assert any("in a fade of 50 ms" in words for words in drive.report.scaled)
+
+
+def test_a_display_may_be_named_and_another_argument_is_refused():
+    named, opened = (fit(texture(), each, level="gain=2") for each in ("audio", open_display("audio")))
+    np.testing.assert_array_equal(named.signal.samples, opened.signal.samples)
+    with pytest.raises(ParameterError, match=r"^level must be a Level or its text, such as peak=0.5, got 5$"):
+        fit(texture(), "audio", level=5)
+    with pytest.raises(ParameterError, match=r"^name must be a path, got 5$"):
+        fit(texture(), 5, level="gain=2")

@@ -292,3 +292,23 @@ def test_a_file_of_another_kind_is_one_line(tmp_path, suffix, raw):
         read_signal(path)
     assert str(caught.value).startswith(f"{path}: ")
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("path", [5, None, np.zeros(4)])
+def test_what_is_no_path_is_refused_in_one_line(path, tmp_path):
+    tick = Signal([0, 1, -1, 0], 1000, "m/s^2")
+    for job in (read_signal, lambda each: write_signal(each, tick)):
+        with pytest.raises(ParameterError, match=r"^path must be a path, got "):
+            job(path)
+    write_signal(tmp_path / "tick.wav", tick)
+    with pytest.raises(DataError, match=r"tick\.wav: rate must be a number, got 'fast'$"):
+        read_signal(tmp_path / "tick.wav", rate="fast")
+
+
+def test_a_list_is_no_signal_and_is_not_written(tmp_path):
+    with pytest.raises(ParameterError) as caught:
+        write_signal(tmp_path / "x.wav", [0, 1])
+    assert str(caught.value) == (
+        "signal must be a Signal, which states its rate and unit, got list; make one, `Signal(samples, rate, unit)`"
+    )
+    assert not list(tmp_path.iterdir())

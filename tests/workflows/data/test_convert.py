@@ -138,18 +138,18 @@ def test_friction_is_felt_at_a_speed(tmp_path):
         ({"target": "b.ahap", "format": "haptic"}, "format haptic is written as .haptic, got b.ahap"),
         ({"target": "b.wav", "format": "csv"}, "format csv is written as .csv, got b.wav"),
         ({"target": "b.wav", "format": "mp3"}, "format must be one of ahap"),
-        ({"target": "b.ahap", "subtype": "PCM_16"}, "`subtype` is of WAV and FLAC"),
-        ({"target": "b.wav", "modality": "Force"}, "`modality` is for haptic formats, b.wav is none"),
+        ({"target": "b.ahap", "subtype": "PCM_16"}, "subtype is of WAV and FLAC"),
+        ({"target": "b.wav", "modality": "Force"}, "modality is for haptic formats, b.wav is none"),
         ({"target": "b.ahap", "modality": "Force"}, "Apple. has no modalities; omit modality"),
         (
             {"target": "b.wav", "display": "phone-on-off"},
-            "`display` is for patterns of on and off, b.wav is none",
+            "display is for patterns of on and off, b.wav is none",
         ),
         ({"target": "b.ahap", "display": "phone-on-off"}, "Apple. does not only switch on and off; omit"),
         ({"target": "b.ahap", "axis": "q"}, "axis must be one of a, dft321, mean"),
         (
             {"target": "b.wav", "map": "pitch", "play_at": 100.0},
-            "`map` is for a sound, which is over time; omit",
+            "map is for a sound, which is over time; omit",
         ),
         (
             {"target": "b.mp3"},
@@ -373,5 +373,5 @@ def test_a_photograph_has_no_use_for_options_of_signals(ribs, name):
 
 def test_only_a_photograph_has_a_width(tmp_path):
     write_signal(tmp_path / "a.wav", Signal(np.ones((1, 100)), 1000, "1"))
-    with pytest.raises(ParameterError, match=r"`width_mm` is of a photograph, a\.wav is none"):
+    with pytest.raises(ParameterError, match=r"width_mm is of a photograph, a\.wav is none"):
         convert(tmp_path / "a.wav", tmp_path / "b.wav", width_mm=50)

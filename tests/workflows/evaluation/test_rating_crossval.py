@@ -55,7 +55,7 @@ def test_crossval_refuses_what_makes_no_sense(rated, tmp_path):
         crossval("rater", rated, by="session", out=tmp_path)
     with pytest.raises(ParameterError, match="7 folds need as many raters, got 6"):
         crossval("rater", rated, by="rater", folds=7, out=tmp_path)
-    with pytest.raises(ParameterError, match="are for classifiers; a predictor takes `folds`"):
+    with pytest.raises(ParameterError, match="is for classifiers; of a predictor give `folds`"):
         crossval("rater", rated, only_folds=1, out=tmp_path)
 
 

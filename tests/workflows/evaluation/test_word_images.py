@@ -36,11 +36,11 @@ def test_a_generator_of_images_is_judged_by_what_they_differ_by_and_a_rater(
 def test_what_does_not_judge_images_is_refused_in_a_line(image_run, image_rater):
     with pytest.raises(ParameterError, match="evaluated on the ratings of its own data; omit `data`"):
         evaluate(image_run, data=load_run(image_run).run.data["path"])
-    with pytest.raises(ParameterError, match="`unknown` is for models that classify materials"):
+    with pytest.raises(ParameterError, match="unknown is for models that classify materials"):
         evaluate(image_run, unknown=True)
     with pytest.raises(ParameterError, match="tactile_image_cgan is not a predictor of scores"):
         evaluate(image_run, rater=image_run)
-    with pytest.raises(ParameterError, match="`rater` scores generators conditioned on words; rater is none"):
+    with pytest.raises(ParameterError, match="rater scores generators conditioned on words; rater is none"):
         evaluate(image_rater, rater=image_rater)
     with pytest.raises(ParameterError, match="crossval is for classifiers and predictors of ratings"):
         crossval("tactile_image_cgan", image_run)

@@ -53,7 +53,7 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
     assert set(made.signals) == set(made.targets) == set(made.straight) == {"plate1", "plate2", "plate3"}
     assert all(np.abs(one.samples).max() == 1 for one in made.straight.values())
     assert len(made.nearest["plate1"]) == 400
-    with pytest.raises(ParameterError, match="give `rater`"):
+    with pytest.raises(ParameterError, match="give a run of the model rater .* as `rater`"):
         evaluate(trained.folder)
     found = evaluate(trained.folder, rater=rater_run)
     assert set(found["conditions"]) == {"sensor", "nearest", "run"}
@@ -70,5 +70,5 @@ def test_a_generator_by_words_is_judged_by_a_rater_model_beside_the_sensor_and_t
         tmp_path / "other", change=lambda ratings: replace(ratings, scale=Scale("wide", 0.0, 10.0))
     )
     rater = train("rater", other, recipe="tiny", out=tmp_path / "other-run", accelerator="cpu").folder
-    with pytest.raises(ParameterError, match=r"on the scale of the surfaces, 1 to 7; got \(0.0, 10.0\)"):
+    with pytest.raises(ParameterError, match=r"on the scale of the surfaces, 1 to 7, got \(0.0, 10.0\)"):
         evaluate(trained.folder, rater=rater)

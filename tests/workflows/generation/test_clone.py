@@ -142,7 +142,7 @@ def test_a_photograph_is_cloned_by_a_model_trained_on_some(tmp_path, capsys):
 
 def test_what_cannot_be_cloned_is_refused(stroke, tmp_path):
     with pytest.raises(
-        ParameterError, match="give a recording of a surface, `images`, `materials` or `words`"
+        ParameterError, match="give a recording of a surface, or `images`, or `materials`, or `words`"
     ):
         clone(out=tmp_path / "a")
     with pytest.raises(ParameterError, match="different names, got 'mine' twice"):

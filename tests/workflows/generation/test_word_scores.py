@@ -9,7 +9,9 @@ from tactogram.workflows.generation.word_scores import ask, rated_means
 
 
 def test_missing_words_are_asked_for_by_name():
-    with pytest.raises(ParameterError, match="scores are missing for sleek, sticky: give them in `words`"):
+    with pytest.raises(
+        ParameterError, match="scores are missing for sleek, sticky; give them in `words`, or"
+    ):
         ask([pictures()], {"rough": 6})
 
 

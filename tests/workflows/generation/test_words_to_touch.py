@@ -65,7 +65,7 @@ def test_a_recording_goes_to_the_run_that_starts_from_one(tmp_path):
     assert touch.model.asked[0]["vibration"].unit == "V"
     assert "vibration" not in sight.model.asked[0]
     assert made["scores"][0]["vibration_from"] == "sensor.wav"
-    with pytest.raises(ParameterError, match="`vibration`: no run starts from one"):
+    with pytest.raises(ParameterError, match="vibration must be omitted: no run starts from one"):
         generate_from_words([sight], tmp_path / "x", rest="mean", vibration=tmp_path / "sensor.wav")
 
 
@@ -75,7 +75,7 @@ def test_a_rater_scores_what_it_knows(tmp_path):
     assert list(said) == ["vibration"]
     assert said["vibration"]["by"] == "a rater model of simulated raters"
     assert said["vibration"]["scores"] == dict.fromkeys(WORDS, 6.0)
-    with pytest.raises(ParameterError, match="`raters`: judge can score none of the results"):
+    with pytest.raises(ParameterError, match="raters can score none of the results: judge"):
         generate_from_words([pictures()], tmp_path / "x", rest="mean", raters=[rater()])
     assert not (tmp_path / "x").exists()
 
@@ -89,8 +89,8 @@ def test_a_rater_scores_what_it_knows(tmp_path):
             "runs must give one image and one vibration, got 'image and image'",
         ),
         ([pictures(), vibrations()], "pair.png", "out must be a folder for 2 runs"),
-        ([pictures()], "x.wav", "`out` for images must be a folder or end in .png"),
-        ([vibrations()], "x.png", "`out` for signals must be a folder or end in .wav"),
+        ([pictures()], "x.wav", "out for images must be a folder or end in .png"),
+        ([vibrations()], "x.png", "out for signals must be a folder or end in .wav"),
         ([pictures(), vibrations(("rough", "dry"))], "pair", "runs must be of the same words: sight has"),
         ([rater()], "pair", "judge: judge_model is not conditioned on words"),
     ],
@@ -178,6 +178,6 @@ def test_no_folder_is_made_of_what_looks_like_a_file(tmp_path, out):
 
 
 def test_a_length_is_not_for_images_alone(tmp_path):
-    with pytest.raises(ParameterError, match="`seconds` is for signals"):
+    with pytest.raises(ParameterError, match="seconds is for signals"):
         generate_from_words([pictures()], tmp_path / "x", rest="mean", seconds=2.0)
     generate_from_words([vibrations(), pictures()], tmp_path / "pair", rest="mean", seconds=2.0)

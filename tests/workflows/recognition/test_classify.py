@@ -78,7 +78,9 @@ def test_its_folder_is_remembered_but_not_from_another_machine(folder, loaded, t
     assert loaded.facts.folder == folder.resolve()
     export_run(loaded.run.folder, tmp_path / "run.zip")
     import_run(tmp_path / "run.zip", tmp_path / "there")
-    with pytest.raises(ParameterError, match="or of a folder in `model_folders`, got 'nearest_mean'"):
+    with pytest.raises(
+        ParameterError, match="got 'nearest_mean'; name the folder of another with `model_folders`"
+    ):
         load_run(tmp_path / "there")
     assert load_run(tmp_path / "there", model_folders=[folder]).facts.folder == folder.resolve()
 

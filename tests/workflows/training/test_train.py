@@ -63,7 +63,9 @@ def test_one_recording_per_material_is_trained_with_the_split_that_is_advised(
     words = ["train", "stroke_cnn", "--data", str(tmp_path / "s"), "--recipe", "tiny", "--accelerator", "cpu"]
     words += [text for key, value in tiny.items() for text in ("--set", f"{key}={value}")]
     assert main([*words, "--out", str(tmp_path / "run")]) == 1
-    advised = re.search("`tactogram [^`]+ (--split [^` ]+)` tests on a part", capsys.readouterr().err)[1]
+    advised = re.search(
+        "test on a part of each instead, `tactogram [^`]+ (--split [^` ]+)`", capsys.readouterr().err
+    )[1]
     assert main([*words, "--out", str(tmp_path / "run"), *advised.split()]) == 0
     parts = Split.load(tmp_path / "run" / "split.json")
     assert all(segment.start_s == pytest.approx(2.4) for segment in parts.test)
@@ -205,7 +207,7 @@ def test_the_updates_of_a_gan_are_said_before_its_first_step(store, tmp_path):
         ({"changes": {"config.batch_size": 1}}, "batch_size"),
         ({"changes": {"config.learning_rate": float("inf")}}, "learning_rate"),
         ({"split": "last=50"}, "must have more than 50 recordings, got 10"),
-        ({"split": "last=-1"}, "needs a number of recordings"),
+        ({"split": "last=-1"}, "have a number of recordings"),
         ({"split": "last=2", "by": "session"}, "cannot keep sessions together"),
     ],
 )

@@ -112,14 +112,15 @@ def open_task(
         store = _simulated(task, folder / "stores", progress)
     if store is None:
         raise DataError(
-            f"{task.name}: needs {task.data.name} (SHA-256 {task.data.sha256[:12]}…), which is not available; "
+            task.name,
+            f"needs {task.data.name} (SHA-256 {task.data.sha256[:12]}…), which is not available; "
             f"import it by `tactogram data import {task.data.importer} PATH --out DIR` and name its folder with "
-            "`--stores`"
+            "`--stores`",
         )
     ids = {segment.id for part in split.parts.values() for segment in part}
     if missing := [id for id in ids if id not in store]:
         raise DataError(
-            f"{task.name}: {len(missing)} recordings of its split are not in {store.path} ({missing[0]}, …)"
+            task.name, f"{len(missing)} recordings of its split are not in {store.path} ({missing[0]}, …)"
         )
     return OpenTask(task, store, split, folder)
 
@@ -154,8 +155,9 @@ def _simulated(task: BenchmarkTask, folder: Path, progress: ProgressCallback) ->
     store = open_store(path)
     if store.sha256 != task.data.sha256:
         raise DataError(
-            f"{path}: simulated data must have SHA-256 {task.data.sha256[:12]}… as {task.file.name} states, got "
-            f"{store.sha256[:12]}…: the simulator or its numerical libraries are of another version"
+            path,
+            f"simulated data must have SHA-256 {task.data.sha256[:12]}… as {task.file.name} states, got "
+            f"{store.sha256[:12]}…: the simulator or its numerical libraries are of another version",
         )
     return store
 

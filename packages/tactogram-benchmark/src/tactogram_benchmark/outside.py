@@ -114,7 +114,7 @@ def score_answers(
     """
     values = read_json(folder / ABOUT)
     if not isinstance(values, dict):
-        raise DataError(f"{folder / ABOUT}: must hold model and how, got {type(values).__name__}")
+        raise DataError(folder / ABOUT, f"must hold model and how, got {type(values).__name__}")
     about = validated(AboutModel, values, where=str(folder / ABOUT))
     kind = kind_of(opened.task.kind)
     if about.model in available() or about.model in kind.baselines:
@@ -123,7 +123,7 @@ def score_answers(
         )
     files = {int(file.stem): file for file in sorted(folder.glob("*.npz")) if file.stem.isdecimal()}
     if not files:
-        raise DataError(f"{folder}: expected answers as 0.npz, 1.npz, … by seed, found none")
+        raise DataError(folder, "expected answers as 0.npz, 1.npz, … by seed, found none")
     own, form = kind.questions(opened), kind.form(opened)
     questions = _hashed(opened.task, own)
     results = []

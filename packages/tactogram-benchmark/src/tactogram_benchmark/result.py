@@ -115,7 +115,7 @@ class BenchmarkResult(BaseModel):
         """
         values = read_json(path)
         if not isinstance(values, dict) or values.get("format") != FORMAT:
-            raise DataError(f"{path}: must say format {FORMAT!r}; it is not a benchmark result")
+            raise DataError(path, f"must say format {FORMAT!r}; it is not a benchmark result")
         return validated(cls, values, where=str(path))
 
 

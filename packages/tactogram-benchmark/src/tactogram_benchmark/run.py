@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram import models
-from tactogram.errors import ParameterError, StoppedError, TactogramError, one_line
+from tactogram.errors import ParameterError, Remedy, StoppedError, TactogramError, one_line
 from tactogram.workflows import LoadedRun, load_run, silent
 from tactogram_benchmark.data import OpenTask, open_task
 from tactogram_benchmark.result import BenchmarkResult, Entry, device, result_of, save_shown
@@ -119,7 +119,8 @@ def _loaded(cell: BenchmarkCell, opened: OpenTask, kind: TaskKind) -> tuple[Load
         )
     except StoppedError as error:
         raise ParameterError(
-            f"not trained within {cell.longest_min:g} minutes on {device()}; run again with a larger `longest_min`"
+            f"not trained within {cell.longest_min:g} minutes on {device()}",
+            remedy=Remedy("run again with a larger", "longest_min"),
         ) from error
     return loaded, {
         "recipe": _recipe_of(cell, opened.task),

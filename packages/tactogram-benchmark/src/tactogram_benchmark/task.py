@@ -109,12 +109,13 @@ class BenchmarkTask(TaskDescription):
         try:
             content = path.read_bytes()
         except OSError as error:
-            raise DataError(f"{path}: expected the split of {self.name}, got {error.strerror}") from error
+            raise DataError(path, f"expected the split of {self.name}, got {error.strerror}") from error
         found = hashlib.sha256(content).hexdigest()
         if found != self.split_sha256:
             raise DataError(
-                f"{path}: SHA-256 must be {self.split_sha256[:12]}… as {self.file.name} states, got {found[:12]}…; "
-                "restore the file, or give the changed task another name"
+                path,
+                f"SHA-256 must be {self.split_sha256[:12]}… as {self.file.name} states, got {found[:12]}…; "
+                "restore the file, or give the changed task another name",
             )
         return Split.load(path)
 

@@ -77,8 +77,9 @@ def read_log(
     if not pieces:
         rejected = sum(parser.rejected.values())
         raise DataError(
-            f"{path}: contains no packet of an acceleration sensor "
-            f"({rejected} unreadable lines, {sum(parser.other.values())} of other devices)"
+            path,
+            f"contains no packet of an acceleration sensor "
+            f"({rejected} unreadable lines, {sum(parser.other.values())} of other devices)",
         )
     common = parser_facts(parser) | {"simulated": simulated}
     return [
@@ -131,7 +132,7 @@ def _read_csv(path: Path, form: CsvFormat, simulated: bool) -> SensorLog:
         except SourceEnded:
             pass
     if not blocks:
-        raise DataError(f"{path}: contains no row of numbers ({source.parser.rejected_text()})")
+        raise DataError(path, f"contains no row of numbers ({source.parser.rejected_text()})")
     return SensorLog(
         name=path.stem,
         samples=np.concatenate([block.samples for block in blocks], axis=1),
@@ -165,11 +166,11 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     except TactogramError:
         raise
     except FileNotFoundError:
-        raise DataError(f"{path}: no such file") from None
+        raise DataError(path, "no such file") from None
     except Exception as error:  # pyxdf has no error of its own for damaged files
-        raise DataError(f"{path}: not readable as XDF ({one_line(error)})") from error
+        raise DataError(path, f"not readable as XDF ({one_line(error)})") from error
     if not logs:
-        raise DataError(f"{path}: contains no stream of numbers")
+        raise DataError(path, "contains no stream of numbers")
     return logs
 
 

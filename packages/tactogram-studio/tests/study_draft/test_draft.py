@@ -4,8 +4,10 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram_studio.study_draft.draft import StudyDraft, check_draft, copy_study, free_name
-from tactogram_studio.study_draft.fields import text_default
+from tactogram_studio.study_draft.fields import fields_of
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_study.designs import designs
+from tactogram_study.practice import Practice
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.workflows.studies import check_study
 
@@ -90,8 +92,11 @@ def test_a_new_language_lists_every_missing_text_at_once(draft):
     assert ("title", "tlh") in places
     assert ("after", 0, "text", "tlh") in places
     assert len(places) == len(set(places))
-    for place in places:
-        made.set_text(place[:-1], "tlh", f"tlh {place}", text_default("pairwise", place[:-1]))
+    models = {"design": designs()["pairwise"], "practice": Practice}
+    for *place, language in places:
+        model = models.get(place[0]) if len(place) == 2 else None
+        default = None if model is None else fields_of(model, only=(place[1],))[0].default
+        made.set_text(tuple(place), language, f"tlh {place}", default)
     assert check_draft(made).faults == ()
     assert Study.of(made.values).title.in_language("en") == Study.load("preference").title.in_language("en")
 

@@ -1,7 +1,7 @@
 import pytest
 
 from tactogram_studio.study_draft.draft import StudyDraft, copy_study, free_name
-from tactogram_studio.study_draft.fields import fields_of, text_default
+from tactogram_studio.study_draft.fields import fields_of
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.designs import designs
 from tactogram_study.study_file import Study
@@ -20,7 +20,7 @@ def draft(workspace):
 
 def test_a_text_is_changed_in_one_language_and_stays_in_the_others(draft):
     made, place = draft("two-area"), ("design", "which")
-    default = text_default("two_area", place)
+    [default] = [field.default for field in fields_of(designs()["two_area"], only=("which",))]
     assert made.get(place) is None
     made.set_text(place, "en", "Which one was made?", default)
     changed = Study.of(made.values).design.which

@@ -205,9 +205,9 @@ def read_answers(path: Path) -> Answers:
 def answers_of(headings: Sequence[str], rows: Sequence[tuple[int, Sequence[str]]], *, where: str) -> Answers:
     """Return the answers of numbered rows of text; unknown columns become extra ones. Raises as `read_answers`."""
     if missing := [name for name in NEEDED if name not in headings]:
-        raise DataError(f"{where}: lacks the column {', '.join(missing)}, has {', '.join(headings)}")
+        raise DataError(where, f"lacks the column {', '.join(missing)}, has {', '.join(headings)}")
     if twice := next((name for name in headings if name and list(headings).count(name) > 1), ""):
-        raise DataError(f"{where}: has two columns {twice!r}; remove one")
+        raise DataError(where, f"has two columns {twice!r}; remove one")
     answers = []
     for number, row in rows:
         texts = {name: cell for name, cell in zip(headings, row, strict=True) if name}
@@ -231,10 +231,10 @@ def _value(text: str, kind: str, where: str) -> Any:
                 return text
     except ValueError:
         expected = {"int": "a whole number", "float": "a number"}[kind]
-        raise DataError(f"{where}: must be {expected}, got {text!r}") from None
+        raise DataError(where, f"must be {expected}, got {text!r}") from None
     booleans = {"true": True, "false": False, "1": True, "0": False}
     if text.casefold() not in booleans:
-        raise DataError(f"{where}: must be true or false, got {text!r}")
+        raise DataError(where, f"must be true or false, got {text!r}")
     return booleans[text.casefold()]
 
 

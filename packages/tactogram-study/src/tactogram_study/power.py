@@ -86,7 +86,7 @@ class PowerMethod:
         if assumed.items:
             raise ParameterError(f"items: this design compares no items with each other, got {assumed.items}")
         if assumed.trial_sd == 0:
-            raise ParameterError("trial_sd must be > 0, got 0", parameter="trial_sd")
+            raise ParameterError.must("trial_sd", "be > 0, got 0")
 
     def notes(self) -> list[str]:
         """Return sentences on the columns of this method."""
@@ -111,10 +111,10 @@ class Shares(PowerMethod):
         if assumed.items:
             super().check(assumed)
         if not (0 < assumed.effect < 1 and assumed.margin < 0.5):
-            raise ParameterError(
-                "effect must be a share between 0 and 1 and margin below 0.5, "
+            raise ParameterError.must(
+                "effect",
+                "be a share between 0 and 1 and margin below 0.5, "
                 f"got {assumed.effect:g} and {assumed.margin:g}",
-                parameter="effect",
             )
 
 
@@ -271,9 +271,8 @@ def power_table(
     is out of range.
     """
     if simulations < 100 or not 0 < alpha < 0.5:
-        raise ParameterError(
-            f"simulations must be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}",
-            parameter="simulations",
+        raise ParameterError.must(
+            "simulations", f"be >= 100 and alpha < 0.5, got {simulations} and {alpha:g}"
         )
     _check(assumed)
     method.check(assumed)

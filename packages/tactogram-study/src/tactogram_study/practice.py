@@ -53,24 +53,24 @@ class Practice(BaseModel):
         known = [stimulus.name for stimulus in setting.stimuli]
         for name in self.stimuli:
             if name not in known:
-                raise ParameterError(f"practice: stimuli must be of {', '.join(known[:12])}, got {name!r}")
+                raise ParameterError("practice", f"stimuli must be of {', '.join(known[:12])}, got {name!r}")
         for stimulus in self.own:
             if stimulus.name in known:
                 raise ParameterError(
-                    f"practice: own stimulus {stimulus.name!r} is one of the study; name it in stimuli"
+                    "practice", f"own stimulus {stimulus.name!r} is one of the study; name it in stimuli"
                 )
         if self.feedback and not design.has_right_answers:
             raise ParameterError(
-                f"practice: feedback needs answers that are right or wrong, which {design.kind} has not"
+                "practice", f"feedback needs answers that are right or wrong, which {design.kind} has not"
             )
         practised, context = self._design(design, setting), self.setting(setting)
         try:
             practised.check(context)
         except ParameterError as error:
-            raise ParameterError(f"practice: {error}") from None
+            raise ParameterError("practice", error) from None
         if (most := practised.total(context)) < self.trials:
             raise ParameterError(
-                f"practice: trials must be at most {most}, those of the design, got {self.trials}"
+                "practice", f"trials must be at most {most}, those of the design, got {self.trials}"
             )
 
     def setting(self, setting: DesignContext) -> DesignContext:

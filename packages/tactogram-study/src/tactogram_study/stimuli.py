@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from tactogram.model import condition_types
+from tactogram.validation import Fault, FaultError
 from tactogram_study.wording import Wording
 
 Name = Annotated[str, Field(min_length=1, max_length=120)]
@@ -154,7 +155,8 @@ class StimulusGrid(BaseModel):
             except ValidationError as error:
                 first = error.errors()[0]
                 key = ".".join(str(part) for part in first["loc"])
-                raise ValueError(f"by_condition.{condition}: {key}: {first['msg']}") from None
+                sentence = f"by_condition.{condition}: {key}: {first['msg']}"
+                raise FaultError(Fault(("by_condition", condition), sentence)) from None
         return self
 
     def stimuli(self, names: Mapping[str, Wording] = MappingProxyType({})) -> tuple[Stimulus, ...]:

@@ -110,7 +110,7 @@ def analyse(answers: Answers, *, plan: AnalysisPlan | None = None) -> StudyAnaly
         if kind not in designs():
             raise DataError(f"design must be one of {', '.join(designs())}, got {kind!r}")
         if twice := _duplicate(group):
-            raise DataError(f"{twice}: appears twice; remove one")
+            raise DataError(twice, "appears twice; remove one")
         for section in designs()[kind].analyse(group, plan):
             changed = designs()[kind].margin_for(section.question) in plan.deviations
             note = "margin given afterwards" if changed else ""

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validat
 
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
-from tactogram.validation import Fault, faults, validated, with_changes
+from tactogram.validation import Fault, FaultError, faults, validated, with_changes
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
 from tactogram_study.planned import PlannedAnalysis
@@ -100,10 +100,14 @@ class Study(BaseModel):
         names = Counter(stimulus.name for stimulus in self.all_stimuli)
         if twice := [name for name, count in names.items() if count > 1]:
             raise ValueError(f"names of stimuli must differ, got {twice[0]!r} twice")
-        for place, wording in wordings(self):
-            for language in self.languages:
-                if wording and not wording.in_language(language):
-                    raise ValueError(f"{place} lacks the language {language}; give {place}.{language}")
+        missing = [
+            _missing_text((*place, language))
+            for place, wording in wordings(self)
+            for language in self.languages
+            if wording and not wording.in_language(language)
+        ]
+        if missing:
+            raise FaultError(*missing)
         self._check_names()
         self.design.check(self.setting)
         if self.practice is not None:
@@ -184,7 +188,8 @@ class Study(BaseModel):
             names = self.names_in(language)
             shown = Counter(names.get(key, key) for key in keys)
             if twice := [text for text, count in shown.items() if count > 1]:
-                raise ValueError(f"names: two are called {twice[0]!r} in {language}; names must differ")
+                problem = f"two are called {twice[0]!r} in {language}; names must differ"
+                raise ParameterError("names", problem)
 
     @property
     def made_stimuli(self) -> tuple[Stimulus, ...]:
@@ -214,6 +219,12 @@ class Study(BaseModel):
     def sha256(self) -> str:
         """Hash of every resolved value."""
         return hashlib.sha256(self.as_json().encode()).hexdigest()
+
+
+def _missing_text(place: tuple[int | str, ...]) -> Fault:
+    *keys, language = map(str, place)
+    text = ".".join(keys)
+    return Fault(place, f"{text} lacks the language {language}; give {text}.{language}")
 
 
 def _design_of(values: Mapping[str, Any], where: str) -> tuple[type[Design], Mapping[str, Any]]:

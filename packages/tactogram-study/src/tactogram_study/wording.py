@@ -106,26 +106,27 @@ def _filled(text: str, language: str, fillings: Mapping[str, Wording]) -> str:
     return text
 
 
-def wordings(value: Any, place: str = "", *, stated: bool = False) -> Iterator[tuple[str, Wording]]:
+def wordings(value: Any, place: Place = (), *, stated: bool = False) -> Iterator[tuple[Place, Wording]]:
     """Yield every text within a model or a tuple of models, with its place; only ``stated`` ones, without defaults."""
     if isinstance(value, Wording):
         yield place, value
     elif isinstance(value, BaseModel):
         for name in type(value).model_fields:
             if not stated or name in value.model_fields_set:
-                yield from wordings(getattr(value, name), f"{place}.{name}" if place else name, stated=stated)
+                yield from wordings(getattr(value, name), (*place, name), stated=stated)
     elif isinstance(value, tuple):
         for number, inner in enumerate(value):
-            yield from wordings(inner, f"{place}.{number}", stated=stated)
+            yield from wordings(inner, (*place, number), stated=stated)
     elif isinstance(value, dict):
         for name, inner in value.items():
-            yield from wordings(inner, f"{place}.{name}", stated=stated)
+            yield from wordings(inner, (*place, name), stated=stated)
 
 
 FOLDERS_VARIABLE = "TACTOGRAM_LANGUAGES"
 """Environment variable with files and folders of further language files, separated as in PATH."""
 ENGLISH = "en"
 Texts = Mapping[str, str]
+Place = tuple[int | str, ...]
 
 
 def language_texts() -> Mapping[str, Texts]:

@@ -57,7 +57,7 @@ def find(folder: Path) -> list[ImportItem]:
     arrays = {_number(path.stem): path for path in folder.glob("mat*.npz")}
     tables = [path for path in folder.rglob("mat*_bio.csv") if _number(path.stem) not in arrays]
     if not arrays and not tables:
-        raise DataError(f"{folder}: must hold matNN.npz or raw_data/matN/matN_R_bio.csv, found neither")
+        raise DataError(folder, "must hold matNN.npz or raw_data/matN/matN_R_bio.csv, found neither")
     materials = _materials(folder / "materials.csv")
     items = [_item(folder, path, materials.get(number, {})) for number, path in sorted(arrays.items())]
     tables.sort(key=lambda path: [int(n) for n in re.findall(r"\d+", path.stem)])
@@ -91,7 +91,7 @@ def _materials(path: Path) -> dict[int, dict[str, str]]:
     try:
         return {int(row["material_id"]): row for _, row in rows}
     except ValueError as error:
-        raise DataError(f"{path}: material_id must be a number: {error}") from error
+        raise DataError(path, f"material_id must be a number: {error}") from error
 
 
 def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
@@ -99,18 +99,16 @@ def _read_arrays(item: ImportItem, path: Path) -> list[Recording]:
     content: Mapping[str, Any] = load_arrays(path, needed=(*streams, "lengths", "recording"))
     rates = [content[name].tolist() for name in ("frame_rate_hz", "pac_rate_hz") if name in content]
     if rates not in ([], [100, 2200]):
-        raise DataError(f"{path}: rates must be 100 and 2200 Hz, got {rates}")
+        raise DataError(path, f"rates must be 100 and 2200 Hz, got {rates}")
     arrays = {name: content[name] for name in streams}
     lengths, numbers = content["lengths"], content["recording"]
     if len(numbers) != len(lengths):
-        raise DataError(f"{path}: {len(lengths)} lengths but {len(numbers)} recordings")
+        raise DataError(path, f"{len(lengths)} lengths but {len(numbers)} recordings")
     for name, values in arrays.items():
         if len(values) != lengths.sum():
-            raise DataError(
-                f"{path}: {name} must have {lengths.sum()} rows as lengths say, got {len(values)}"
-            )
+            raise DataError(path, f"{name} must have {lengths.sum()} rows as lengths say, got {len(values)}")
     if (lengths < 1).any():
-        raise DataError(f"{path}: recording {numbers[lengths < 1][0]} is empty")
+        raise DataError(path, f"recording {numbers[lengths < 1][0]} is empty")
     recordings = []
     for number, stop, length in zip(numbers, np.cumsum(lengths), lengths, strict=True):
         frames = {name: values[stop - length : stop] for name, values in arrays.items()}
@@ -134,7 +132,7 @@ def _recording(item: ImportItem, number: int, frames: Mapping[str, NDArray[Any]]
     pac, electrodes = np.asarray(frames["pac"]), np.asarray(frames["electrodes"])
     if pac.ndim != 2 or pac.shape[1] != PAC_PER_FRAME or electrodes.shape[1:] != (ELECTRODES,):
         raise DataError(
-            f"{item.name}: pac must have 22 columns and electrodes 19, got {pac.shape} and {electrodes.shape}"
+            item.name, f"pac must have 22 columns and electrodes 19, got {pac.shape} and {electrodes.shape}"
         )
     streams = {"pac": Signal(pac.reshape(-1), FRAME_RATE * PAC_PER_FRAME, "1", ("pac",))}
     streams |= {
@@ -161,5 +159,5 @@ def _number(stem: str, place: int = 0) -> int:
     """Return a number in ``matN`` or ``matN_R_bio``."""
     numbers = re.findall(r"\d+", stem)
     if len(numbers) <= place:
-        raise DataError(f"{stem}: name must be matNN.npz or matN_R_bio.csv")
+        raise DataError(stem, "name must be matNN.npz or matN_R_bio.csv")
     return int(numbers[place])

@@ -53,7 +53,7 @@ def find(
         raise ParameterError.must("speed_unit", "be a unit of speed, such as mm/s", speed_unit)
     paths = sorted(path for path in folder.rglob("*.xlsx") if path.parent.name in FOLDERS)
     if not paths:
-        raise DataError(f"{folder}: must hold multidata/NAME.xlsx, or xlsx/NAME.xlsx, found neither")
+        raise DataError(folder, "must hold multidata/NAME.xlsx, or xlsx/NAME.xlsx, found neither")
     info = {"rate": float(rate), "speed_unit": str(speed_unit), "per_mm": float(per_mm)}
     images = {path: path.parents[1] / FOLDERS[path.parent.name] / f"{path.stem}.png" for path in paths}
     return [

@@ -79,7 +79,7 @@ def find(folder: Path) -> list[ImportItem]:
     """Return an item per stroke; a kind of file that exists for one stroke must exist for all."""
     root = next((r for r in (folder, folder / "texture_dataset") if (r / "sensor_data").is_dir()), None)
     if root is None:
-        raise DataError(f"{folder}: must hold a folder sensor_data with accel, force, position or audio")
+        raise DataError(folder, "must hold a folder sensor_data with accel, force, position or audio")
     sensor_data = root / "sensor_data"
     found: dict[str, dict[str, Path]] = {}
     strokes: dict[str, str] = {}
@@ -89,7 +89,7 @@ def find(folder: Path) -> list[ImportItem]:
                 found.setdefault(kind, {})[path.stem] = path
                 strokes.setdefault(path.stem, path.relative_to(sensor_data / kind).parent.as_posix())
     if not strokes:
-        raise DataError(f"{sensor_data}: must hold {', '.join(SUFFIXES)}, found none")
+        raise DataError(sensor_data, f"must hold {', '.join(SUFFIXES)}, found none")
     names = _texture_names(root / "texture_list.xlsx")
     items = []
     for stem in sorted(strokes, key=lambda s: [int(n) for n in re.findall(r"\d+", s)]):
@@ -110,7 +110,7 @@ def read(item: ImportItem) -> list[Recording]:
     stem = item.paths[0].stem
     match = _NAME.fullmatch(stem)
     if match is None:
-        raise DataError(f"{item.name}: name must be TEXTURE_DIRECTION_VELOCITY_FORCE_REPEAT of numbers")
+        raise DataError(item.name, "name must be TEXTURE_DIRECTION_VELOCITY_FORCE_REPEAT of numbers")
     texture, direction, speed, force, repeat = match.groups()
     paths = dict(zip(item.info["kinds"], item.paths, strict=True))
     streams, history = {}, []
@@ -156,14 +156,14 @@ def _texture_names(path: Path) -> dict[str, str]:
     try:
         table = pd.read_excel(path, dtype=str, engine="openpyxl")
     except Exception as error:  # whatever the zip or the XML holds
-        raise DataError(f"{path}: not a readable list of textures: {error}") from error
+        raise DataError(path, f"not a readable list of textures: {error}") from error
     titles = {title: str(title).lower().replace("_", " ") for title in table}
     number = next((t for t, text in titles.items() if re.search(r"\b(id|no)\b", text)), None)
     name = next(
         (t for t, text in titles.items() if re.search("name|material|texture", text) and t != number), None
     )
     if number is None or name is None:
-        raise DataError(f"{path}: needs a column with the id and one with the name, got {', '.join(titles)}")
+        raise DataError(path, f"needs a column with the id and one with the name, got {', '.join(titles)}")
     named = table[[number, name]].dropna().apply(lambda column: column.str.strip())
     shared = named[name].duplicated(keep=False)
     texts = named[name].where(~shared, named[name] + " (" + named[number] + ")")

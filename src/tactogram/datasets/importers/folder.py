@@ -36,7 +36,7 @@ from tactogram.datasets.path_reading import PathPattern, PathReading, read_paths
 from tactogram.datasets.recording import Recording
 from tactogram.datasets.store.photographs import PICTURES
 from tactogram.datasets.takes import Take, is_no_signal, quantity_of, takes
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, Message, ParameterError, Remedy
 from tactogram.signal.io.content import TRIAL
 from tactogram.signal.io.files import READABLE, USUAL
 from tactogram.signal.io.table import is_table
@@ -101,7 +101,7 @@ def find(
     missing = sorted(rows.keys() - signals.keys())
     if missing:
         raise DataError(
-            f"{folder / TABLE}: row {rows[missing[0]]['row']}: there is no signal file {missing[0]}"
+            f"{folder / TABLE}: row {rows[missing[0]]['row']}", f"there is no signal file {missing[0]}"
         )
     found = []
     item_folders = _item_folders(folder, items)
@@ -114,9 +114,8 @@ def find(
         if pattern is not None and top not in item_folders:
             stated = _fields(pattern, take)
             if stated is None:
-                info["mismatch"] = (
-                    f"{name}: must be named as path={pattern.text} says; correct it, or move it away"
-                )
+                problem = f"must be named as path={pattern.text} says"
+                info["mismatch"] = Message(problem, "correct it", "move it away", place=name)
             else:
                 info = stated | info | {"labels": stated["labels"] | info.get("labels", {})}
         info["whole"] = bool(info.get("material")) or top in item_folders
@@ -131,9 +130,10 @@ def find(
         if not named and (
             path or material_from or any("/" in signal for signal in signals)
         ):  # else it is asked
-            info["problem"] = (
-                f"{name}: must be in a folder named after its material, or have it in {TABLE}, or in its own name "
-                "with `path={material}_{take}`"
+            info["problem"] = Message(
+                f"must be in a folder named after its material, or have it in {TABLE}",
+                Remedy("have it in its own name with", "path", "{material}_{take}"),
+                place=name,
             )
         info["material"] = info.get("material") or None
         ours = pattern is None and not material_from and top not in item_folders
@@ -180,7 +180,8 @@ def paths(
     layouts = () if mapping is None else mapping.layout
     if reading.question and has_labels(signals[unnamed[0].files[0][0]], layouts):
         return PathReading(notes=notes)
-    return PathReading(reading.proposed, reading.question and f"{folder}: {reading.question}", notes)
+    question = reading.question and Message(reading.question, place=folder)
+    return PathReading(reading.proposed, question, notes)
 
 
 def photographs(
@@ -227,9 +228,8 @@ def _pattern(path: str, material_from: str) -> PathPattern | None:
     if material_from and material_from not in MATERIAL_FROM:
         raise ParameterError.one_of("material_from", MATERIAL_FROM, material_from)
     if path and material_from:
-        raise ParameterError.must(
-            "path", "be omitted with `material_from`, which is a short spelling of patterns"
-        )
+        remedy = Remedy("or omit the short spelling of patterns,", "material_from")
+        raise ParameterError.must("path", "be omitted", remedy=remedy)
     return PathPattern(str(path)) if path else None
 
 
@@ -274,7 +274,7 @@ def _item_folders(folder: Path, items: str) -> set[str]:
     names = {name.strip() for name in items.split(",") if name.strip()}
     for name in sorted(names):
         if not (folder / name).is_dir():
-            raise DataError(f"{folder / name}: must be a folder of rated files")
+            raise DataError(folder / name, "must be a folder of rated files")
     return names
 
 
@@ -283,7 +283,7 @@ def left_out(folder: Path) -> list[tuple[str, str]]:
     (signals, without), pictures = _signals(folder), files_below(folder, PICTURES)
     read = {path.with_suffix("") for path in (*signals.values(), *pictures.values())}
     return [
-        (name, f"{name}: {_reason(path)}")
+        (name, Message(_reason(path), place=name))
         for name, path in files_below(folder, None).items()
         if "/" in name
         and path.suffix.lower() not in DOCUMENTS
@@ -347,7 +347,8 @@ def _table(path: Path) -> dict[str, dict[str, Any]]:
         row = _row(f"{path}: row {number}", values)
         if row["file"] in rows:
             raise DataError(
-                f"{path}: row {number}: {row['file']} is also in row {rows[row['file']]['row']}; leave one out"
+                f"{path}: row {number}",
+                f"{row['file']} is also in row {rows[row['file']]['row']}; leave one out",
             )
         rows[row["file"]] = row | {"row": number}
     return rows
@@ -362,7 +363,7 @@ def _row(where: str, values: Mapping[str, str]) -> dict[str, Any]:
         if name in (*NUMBERS, "rate", "image_width_mm"):
             row[name] = finite_number(where, name, text)
             if name in ("speed_mm_s", "force_n") and row[name] < 0:
-                raise DataError(f"{where}: {name} must be at least 0, got {text}")
+                raise DataError(where, f"{name} must be at least 0, got {text}")
         elif name.startswith("rating_"):
             row["ratings"][name.removeprefix("rating_")] = finite_number(where, name, text)
         elif name == "axes":
@@ -399,5 +400,5 @@ def _names(text: str) -> tuple[str, ...]:
 
 def _yes(where: str, name: str, text: str) -> bool:
     if text.lower() not in ("yes", "true", "1", "no", "false", "0"):
-        raise DataError(f"{where}: {name} must be yes or no, got {text!r}")
+        raise DataError(where, f"{name} must be yes or no, got {text!r}")
     return text.lower() in ("yes", "true", "1")

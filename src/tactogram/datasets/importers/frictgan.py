@@ -56,7 +56,7 @@ def find(folder: Path) -> list[ImportItem]:
             shown = image if image.is_file() else None
             items.append(ImportItem(name, (path,), info, shown, PIXELS * MM_PER_PIXEL if shown else None))
     if not items:
-        raise DataError(f"{folder}: must hold {{train,test}}/FABRIC/output_data/K.txt, found none")
+        raise DataError(folder, "must hold {train,test}/FABRIC/output_data/K.txt, found none")
     return items
 
 
@@ -66,8 +66,9 @@ def read(item: ImportItem) -> list[Recording]:
     amplitudes = number_columns(path, separator=r"\s+").T
     if amplitudes.shape != (BINS, FRAMES) or (amplitudes < 0).any():
         raise DataError(
-            f"{path}: must hold {BINS} x {FRAMES} amplitudes of at least 0, got {amplitudes.shape[0]} x "
-            f"{amplitudes.shape[1]}, the smallest {amplitudes.min():g}"
+            path,
+            f"must hold {BINS} x {FRAMES} amplitudes of at least 0, got {amplitudes.shape[0]} x "
+            f"{amplitudes.shape[1]}, the smallest {amplitudes.min():g}",
         )
     friction, error = recovered(amplitudes)
     fabric = item.info["fabric"]

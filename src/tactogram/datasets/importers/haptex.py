@@ -69,7 +69,7 @@ def find(folder: Path, *, rate: float = RATE, width_mm: float = WIDTH_MM) -> lis
     tables = _by_fabric(folder, TABLES)
     if not tables:
         raise DataError(
-            f"{folder}: must hold tables with a fabric's number in their path, such as 12/trial1.txt or 12.csv"
+            folder, "must hold tables with a fabric's number in their path, such as 12/trial1.txt or 12.csv"
         )
     pictures = _by_fabric(folder, PICTURES)
     items = []
@@ -127,7 +127,7 @@ def friction_over(
 ) -> tuple[Signal, float]:
     """Return friction at ``rate`` even samples per mm, and the samples per mm that were recorded."""
     if not (np.isfinite(displacement_mm).all() and np.isfinite(friction).all()):
-        raise DataError(f"{name}: displacement and friction must be finite in every row")
+        raise DataError(name, "displacement and friction must be finite in every row")
     forth = displacement_mm if displacement_mm[-1] >= displacement_mm[0] else -displacement_mm
     # Only new ground counts: a place is felt when the finger first gets there.
     furthest = np.concatenate([[-np.inf], np.maximum.accumulate(forth)[:-1]])
@@ -136,8 +136,9 @@ def friction_over(
     length = float(place[-1])
     if len(place) < LEAST or length * rate < LEAST:
         raise DataError(
-            f"{name}: the finger must move over at least {LEAST} samples, got {len(place)} over {length:g} mm; "
-            "is the displacement in mm?"
+            name,
+            f"the finger must move over at least {LEAST} samples, got {len(place)} over {length:g} mm; "
+            "is the displacement in mm?",
         )
     grid = np.arange(0, length, 1 / (FINE * rate))
     fine = Signal(np.interp(grid, place, felt), FINE * rate, "1", ("along",), "displacement")
@@ -151,8 +152,9 @@ def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     if not found.named:
         if len(names) not in (2, 5):
             raise DataError(
-                f"{path}: without a heading it must have 2 or 5 columns, got {len(names)}; name "
-                "'displacement [mm]' and 'friction coefficient' in a first line"
+                path,
+                f"without a heading it must have 2 or 5 columns, got {len(names)}; name "
+                "'displacement [mm]' and 'friction coefficient' in a first line",
             )
         places = (0, 1) if len(names) == 2 else (3, 2)
     else:
@@ -168,7 +170,7 @@ def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 def _named(path: Path, names: list[str], pattern: str) -> int:
     found = [i for i, name in enumerate(names) if re.search(pattern, name, re.IGNORECASE)]
     if len(found) != 1:
-        raise DataError(f"{path}: needs one column named like {pattern!r}, got {', '.join(names)}")
+        raise DataError(path, f"needs one column named like {pattern!r}, got {', '.join(names)}")
     return found[0]
 
 

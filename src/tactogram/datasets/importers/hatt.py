@@ -80,7 +80,7 @@ def find(folder: Path) -> list[ImportItem]:
     """Return an item per model file, with its photo if there is one."""
     files = sorted(folder.rglob("Models_*.xml"))
     if not files:
-        raise DataError(f"{folder}: must hold model files Models_NAME.xml of the toolkit, found none")
+        raise DataError(folder, "must hold model files Models_NAME.xml of the toolkit, found none")
     pictures = {p.stem.lower(): p for p in sorted(folder.rglob("*_square.*")) if p.suffix.lower() in PICTURES}
     return [
         ImportItem(
@@ -108,13 +108,13 @@ def read_surface(path: Path) -> SurfaceModel:
     material = _text(path, root, "material").strip() or path.stem.removeprefix("Models_")
     for name, unit in (("AccelUnits", "m/s^2"), ("SpeedUnits", "mm/s"), ("ForceUnits", "N")):
         if (got := _text(path, root, name).strip()) != unit:
-            raise DataError(f"{path}: {name} must be {unit}, got {got!r}")
+            raise DataError(path, f"{name} must be {unit}, got {got!r}")
     if (rate := _number(path, root, "SampleRate")) <= 0:
-        raise DataError(f"{path}: SampleRate must be > 0 Hz, got {rate:g}")
+        raise DataError(path, f"SampleRate must be > 0 Hz, got {rate:g}")
     nodes = root.findall("model")
     count = int(_number(path, root, "numMod"))
     if not nodes or len(nodes) != count:
-        raise DataError(f"{path}: numMod says {count} models, found {len(nodes)}")
+        raise DataError(path, f"numMod says {count} models, found {len(nodes)}")
     models, conditions = [], []
     for number, node in enumerate(nodes, start=1):
         where = f"{path}, model {number}"
@@ -159,7 +159,7 @@ def _model(where: str, node: Element, rate: float) -> AutoregressiveModel:
         zeros, gain = _polynomial(where, node, "MAlsf"), _number(where, node, "gain")
     variance = _number(where, node, "var") * gain**2
     if variance < 0:
-        raise DataError(f"{where}: var must be >= 0, got {variance:g}")
+        raise DataError(where, f"var must be >= 0, got {variance:g}")
     if zeros.size == 1:
         return AutoregressiveModel.from_coefficients(poles, variance, rate=rate, unit="m/s^2")
     response = np.abs(np.fft.rfft(zeros, SPECTRUM_SIZE)) / np.abs(np.fft.rfft(poles, SPECTRUM_SIZE))
@@ -172,11 +172,11 @@ def _model(where: str, node: Element, rate: float) -> AutoregressiveModel:
 def _polynomial(where: str, node: Element, name: str) -> NDArray[np.float64]:
     lines = [finite_number(where, name, value.text) for value in node.findall(f"{name}/value")]
     if not lines:
-        raise DataError(f"{where}: expected values in {name}, found none")
+        raise DataError(where, f"expected values in {name}, found none")
     try:
         return polynomial_of_reflection(reflection_of_line_spectrum(lines))
     except ParameterError as error:
-        raise DataError(f"{where}: {name}: {error}") from None
+        raise DataError(where, f"{name}: {error}") from None
 
 
 def _triangles(path: Path, root: Element, count: int) -> NDArray[np.intp] | None:
@@ -184,7 +184,7 @@ def _triangles(path: Path, root: Element, count: int) -> NDArray[np.intp] | None
     if not rows:
         return None
     if any(len(row) != 3 or not all(1 <= v <= count and v == int(v) for v in row) for row in rows):
-        raise DataError(f"{path}: each tri must be three model numbers from 1 to {count}")
+        raise DataError(path, f"each tri must be three model numbers from 1 to {count}")
     return np.array(rows, np.intp) - 1
 
 
@@ -201,7 +201,7 @@ def _map(
     try:
         return TextureMap(models, conditions, triangles=triangles, level="linear")
     except ParameterError as error:
-        raise DataError(f"{path}: {error}") from None
+        raise DataError(path, error) from None
 
 
 def _within(wanted: tuple[float, ...], highest: float) -> tuple[float, ...]:
@@ -213,19 +213,19 @@ def _parse(path: Path) -> Element:
     try:
         text = read_text(path)
         if "<!DOCTYPE" in text or "<!ENTITY" in text:
-            raise DataError(f"{path}: a document type or entity is declared; the toolkit's files have none")
+            raise DataError(path, "a document type or entity is declared; the toolkit's files have none")
         root = fromstring(text)
     except ParseError as error:
-        raise DataError(f"{path}: not readable as XML: {error}") from None
+        raise DataError(path, f"not readable as XML: {error}") from None
     if root.tag != "modelSet":
-        raise DataError(f"{path}: expected <modelSet> of the toolkit, got <{root.tag}>")
+        raise DataError(path, f"expected <modelSet> of the toolkit, got <{root.tag}>")
     return root
 
 
 def _text(where: object, node: Element, name: str) -> str:
     text = node.findtext(name)
     if text is None:
-        raise DataError(f"{where}: expected <{name}> in <{node.tag}>, found none")
+        raise DataError(where, f"expected <{name}> in <{node.tag}>, found none")
     return text
 
 

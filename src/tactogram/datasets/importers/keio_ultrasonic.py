@@ -66,9 +66,7 @@ def find(folder: Path, *, rate: float = 10_000.0, full_scale: float = 1.0) -> li
             if number
         ]
         if not found:
-            raise DataError(
-                f"{folder}: must hold files with a number in their path below {kind}/, found none"
-            )
+            raise DataError(folder, f"must hold files with a number in their path below {kind}/, found none")
         items += found
     return items
 
@@ -94,7 +92,7 @@ def read(item: ImportItem) -> list[Recording]:
         ]  # fmt: skip
     if len(signal.axes) != 1:
         raise DataError(
-            f"{item.name}: a display signal must be one column or one spectrum, got {len(signal.axes)}"
+            item.name, f"a display signal must be one column or one spectrum, got {len(signal.axes)}"
         )
     drive = Signal(signal.samples / np.float32(item.info["full_scale"]), signal.rate, "1", ("drive",))
     history.append(f"full scale taken as {item.info['full_scale']:g}")

@@ -61,7 +61,7 @@ def find(folder: Path) -> list[ImportItem]:
         if kind in stroke and stroke[kind].stem == path.stem and stroke[kind].suffix != path.suffix:
             continue  # the same sound in another format
         if kind in stroke:
-            raise DataError(f"{path}: a second {kind} of {material}, recording {part}{number}; keep one")
+            raise DataError(path, f"a second {kind} of {material}, recording {part}{number}; keep one")
         stroke[kind] = path
     items = []
     for stroke in strokes.values():
@@ -98,7 +98,7 @@ def read(item: ImportItem) -> list[Recording]:
         columns = [number_columns(path)[0] for path in tables]
         if len({len(column) for column in columns}) > 1:
             lengths = ", ".join(f"{path.name} {len(c)}" for path, c in zip(tables, columns, strict=True))
-            raise DataError(f"{item.name}: axes must be equally long, got {lengths}")
+            raise DataError(item.name, f"axes must be equally long, got {lengths}")
         streams["acceleration"] = Signal(np.stack(columns), ACCELERATION_RATE, "m/s^2")
         history.append("acceleration taken as m/s^2 at 10 kHz: the files do not say")
     for path in item.paths:
@@ -131,9 +131,7 @@ def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
         name = group.upper() + material
         found.append((kind.upper() or "sound", path, group.upper(), name, part.lower(), number))
     if not found:
-        raise DataError(
-            f"{folder}: must hold files named like G1Material_Sound_Movement_train1.wav, found none"
-        )
+        raise DataError(folder, "must hold files named like G1Material_Sound_Movement_train1.wav, found none")
     yield from sorted(found, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
 
 

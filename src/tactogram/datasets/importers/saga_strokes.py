@@ -62,7 +62,7 @@ def find(folder: Path, *, rate: float = RATE, counts_per_g: float = COUNTS_PER_G
             labels = {"recording": str(int(number)), "take": str(int(copy or 0) + 1)}
             items.append(ImportItem(name, (path,), {**info, "material": material, "labels": labels}))
     if not items:
-        raise DataError(f"{folder}: must hold takes such as ArtGrass01/ArtGrass01_03.csv, found none")
+        raise DataError(folder, "must hold takes such as ArtGrass01/ArtGrass01_03.csv, found none")
     return items
 
 

@@ -47,7 +47,7 @@ def find(folder: Path) -> list[ImportItem]:
     for path in sorted(p for p in folder.rglob("*.wav") if not p.name.startswith(".")):
         name = path.relative_to(folder).as_posix()
         if path.stem not in annotations:
-            raise DataError(f"{name}: has no row in {table.name}")
+            raise DataError(name, f"has no row in {table.name}")
         items.append(ImportItem(name, (path,), annotations[path.stem]))
     return items
 
@@ -91,8 +91,8 @@ def ratings(folder: Path) -> Ratings:
 def _annotations(folder: Path) -> tuple[Path, list[dict[str, str]]]:
     tables = sorted(folder.glob("vibrationAnnotations*.csv"))
     if len(tables) != 1:
-        raise DataError(f"{folder}: must hold one vibrationAnnotations*.csv, got {len(tables)}")
+        raise DataError(folder, f"must hold one vibrationAnnotations*.csv, got {len(tables)}")
     rows = [row for _, row in read_table(tables[0], needed=("id", *RATINGS))]
     if not rows:
-        raise DataError(f"{tables[0]}: no rows below the heading")
+        raise DataError(tables[0], "no rows below the heading")
     return tables[0], rows

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.datasets.cells import Cells, cell_text
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Message, Remedy
 
 _STAMP = re.compile(
     "timestamp|zeitstempel|horodateur|marca temporal|tijdstempel|タイムスタンプ|时间戳记", re.I
@@ -48,15 +48,17 @@ class Export:
         """Whether a row is a trial; else it is a person."""
         return self.program in ("PsychoPy", "jsPsych")
 
-    def leave_out(self, what: str, numbers: Sequence[int]) -> None:
+    def leave_out(self, what: str, numbers: Sequence[int], *remedies: Remedy) -> None:
         """Leave out rows by number, and note ``what`` they are."""
-        self.notes += rows_left_out(what, numbers)
+        self.notes += rows_left_out(what, numbers, *remedies)
         self.rows = [(number, row) for number, row in self.rows if number not in set(numbers)]
 
 
-def rows_left_out(what: str, numbers: Sequence[int]) -> list[str]:
+def rows_left_out(what: str, numbers: Sequence[int], *remedies: Remedy) -> list[Message]:
     """Return the note on rows that are left out, if there are any."""
-    return [f"rows left out {what}: {len(numbers)}, the first is row {numbers[0]}"] if numbers else []
+    if not numbers:
+        return []
+    return [Message(f"rows left out {what}: {len(numbers)}, the first is row {numbers[0]}", *remedies)]
 
 
 def export_of(path: Path, table: Cells, *, low: float | None, ignored: Sequence[str] = ()) -> Export:
@@ -92,7 +94,7 @@ def _divide_responses(export: Export, low: float) -> None:
     response = next((n for n, name in enumerate(export.headings) if name in ("response", "responses")), None)
     if response is None or not rated:
         raise DataError(
-            f"{export.path}: jsPsych: no trial asks for ratings, as survey-likert, but {', '.join(types)}"
+            export.path, f"jsPsych: no trial asks for ratings, as survey-likert, but {', '.join(types)}"
         )
     others = ", ".join(name for name in types if name not in rated)
     export.leave_out(f"of other plugins ({others})", [n for n, row in export.rows if row[kind] not in rated])
@@ -136,4 +138,4 @@ def _leave_out_previews(export: Export, ignored: Sequence[str]) -> None:
         if name in export.headings and name not in ignored:
             n = export.headings.index(name)
             gone = [number for number, row in export.rows if re.fullmatch(form, row[n], re.I)]
-            export.leave_out(f"of {what} (ignore={name} keeps them)", gone)
+            export.leave_out(f"of {what}", gone, Remedy("keep them by", "ignore", name))

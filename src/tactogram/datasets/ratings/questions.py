@@ -51,7 +51,7 @@ class Questions:
         self.place: dict[str, int] = {}
         for name, heading in columns.named.items():
             if heading not in export.headings:
-                raise DataError(f"{export.path}: has no column {heading!r}, but {', '.join(export.headings)}")
+                raise DataError(export.path, f"has no column {heading!r}, but {', '.join(export.headings)}")
             self.place[name] = export.headings.index(heading)
         for name in ("rater", "session", *(("word", "score") if export.by_trial else ())):
             self._take(name, name)
@@ -88,9 +88,10 @@ class Questions:
             names = ((self.export.headings[n], self.labels[n]) for n in [*twice, *unclear][:6])
             listed = ", ".join(f"{name!r}" + f" ({label})" * (label != name) for name, label in names)
             raise DataError(
-                f"{self.where}: of which item and word are the numbers in {listed or 'it'}? column.item=HEADING is the "
+                self.where,
+                f"of which item and word are the numbers in {listed or 'it'}? column.item=HEADING is the "
                 "column of items, if the questions do not name them; words=A,B are other words, column.WORD=HEADING is "
-                f"the column of one; ignore=HEADING (or *) leaves a column out; has {headings}"
+                f"the column of one; ignore=HEADING (or *) leaves a column out; has {headings}",
             )
         several = "item" in self.place and not self.export.by_trial
         if "trial_index" in self.export.headings:
@@ -99,7 +100,7 @@ class Questions:
             several = any(after <= before for before, after in pairwise(trials))
         if several and "rater" not in self.place:
             raise DataError(
-                f"{self.where}: which column names the people? column.rater=HEADING says it; has {headings}"
+                self.where, f"which column names the people? column.rater=HEADING says it; has {headings}"
             )
 
     def _free(self) -> list[int]:
@@ -163,7 +164,7 @@ class Questions:
         if text in answers:
             if len(answers) - 1 != round((high - low) / (self.scale.step or high - low)):
                 raise DataError(
-                    f"{self.where}: answers must be one per point of {self.scale}, got {len(answers)}"
+                    self.where, f"answers must be one per point of {self.scale}, got {len(answers)}"
                 )
             return f"{low + answers.index(text) * (high - low) / (len(answers) - 1):g}"
         with suppress(ValueError):
@@ -201,8 +202,9 @@ class Questions:
                 rows.append((number, long))
         if texts:
             raise DataError(
-                f"{self.where}: answers are texts: {', '.join(map(repr, texts))}; answers=A,B,… names them "
-                "from the lowest score to the highest, ignore=HEADING leaves a question out"
+                self.where,
+                f"answers are texts: {', '.join(map(repr, texts))}; answers=A,B,… names them "
+                "from the lowest score to the highest, ignore=HEADING leaves a question out",
             )
         by = {name: repr(export.headings[n]) for name, n in place.items()}
         people = by.get("rater", "each file" if export.by_trial else "each row")

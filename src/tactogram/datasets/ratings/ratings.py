@@ -145,9 +145,9 @@ class Ratings:
             raise ParameterError.must("words", "differ", ", ".join(self.words))
         columns: tuple[Any, ...] = (self.item, self.word, self.score, self.order, self.session)
         if any(len(column) != count for column in columns):
-            raise ParameterError(
-                f"columns must be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}",
-                parameter="columns",
+            raise ParameterError.must(
+                "columns",
+                f"be of one length, got {count} raters and {', '.join(str(len(c)) for c in columns)}",
             )
         if not count:
             raise DataError("ratings must have a row, got none")
@@ -275,13 +275,14 @@ def check_rows(
     for number, key in enumerate(zip(rater, item, word, session, strict=True)):
         where = f"{table}row {rows[number] if rows else number + 1} ({key[0]}, {key[1]}, {key[2]})"
         if key[2] not in vocabulary:
-            raise DataError(f"{where}: word must be one of {', '.join(words)}, got {key[2]!r}")
+            raise DataError(where, f"word must be one of {', '.join(words)}, got {key[2]!r}")
         if not scale.holds(score[number]):
-            raise DataError(f"{where}: score must be {scale}, got {score[number]:g}")
+            raise DataError(where, f"score must be {scale}, got {score[number]:g}")
         if (before := first.setdefault(key, number)) != number:
             same = rows[before] if rows else before + 1
             raise DataError(
-                f"{where}: row {same} is the same rating; leave one out, or name what differs (column.session=HEADING)"
+                where,
+                f"row {same} is the same rating; leave one out, or name what differs (column.session=HEADING)",
             )
 
 
@@ -306,4 +307,4 @@ def read_ratings(file: Path | pa.NativeFile, *, name: str = "") -> Ratings:
         columns = {name: table[name].to_pylist() for name in COLUMNS}
         return Ratings(**columns, scale=Scale(**about["scale"]), words=tuple(about["words"]))
     except (KeyError, TypeError, ValueError, DataError) as error:
-        raise DataError(f"{name or file}: not a table of ratings: {error}") from error
+        raise DataError(name or file, f"not a table of ratings: {error}") from error

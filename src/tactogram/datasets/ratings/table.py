@@ -79,7 +79,7 @@ def read_table(
     """
     columns = columns or RatingColumns()
     if path.suffix.lower() not in READ_SUFFIXES:
-        raise DataError(f"{path}: a table of ratings must be {', '.join(READ_SUFFIXES)}, got {path.suffix!r}")
+        raise DataError(path, f"a table of ratings must be {', '.join(READ_SUFFIXES)}, got {path.suffix!r}")
     if path.suffix.lower() == ".parquet" and b"tactogram" in (read_parquet(path).schema.metadata or {}):
         return RatingsTable(read_ratings(path), {})
     table = read_cells(path, encoding=columns.encoding)
@@ -125,16 +125,17 @@ class _Reader:
                 continue
             if name is None:
                 raise DataError(
-                    f"{path}: column {number + 1} {heading!r} is neither a word nor one of {', '.join(NAMED)}; "
-                    "column.NAME=HEADING names it, ignore=HEADING (or *) leaves it out"
+                    path,
+                    f"column {number + 1} {heading!r} is neither a word nor one of {', '.join(NAMED)}; "
+                    "column.NAME=HEADING names it, ignore=HEADING (or *) leaves it out",
                 )
             if name in self.place:
-                raise DataError(f"{path}: columns {self.place[name] + 1} and {number + 1} both are {name!r}")
+                raise DataError(path, f"columns {self.place[name] + 1} and {number + 1} both are {name!r}")
             self.place[name] = number
         self.words = [word for word in columns.vocabulary if word in self.place]
         for ours, heading in columns.named.items():
             if ours not in self.place:
-                raise DataError(f"{path}: has no column {heading!r}, but {self._listed()}")
+                raise DataError(path, f"has no column {heading!r}, but {self._listed()}")
         if left:
             self.notes.append(f"columns left out: {', '.join(left)}")
         self._check()
@@ -149,14 +150,13 @@ class _Reader:
     def _check(self) -> None:
         if self.words and ("word" in self.place or "score" in self.place):
             raise DataError(
-                f"{self.path}: must have columns word and score, or a column per word, got both: {self._listed()}"
+                self.path,
+                f"must have columns word and score, or a column per word, got both: {self._listed()}",
             )
         needed = ("rater", "item", *(self.columns.vocabulary if self.words else ("word", "score")))
         if missing := [name for name in needed if name not in self.place]:
             hint = "words=A,B lists the words" if self.words else "column.NAME=HEADING names it"
-            raise DataError(
-                f"{self.path}: lacks the column {', '.join(missing)}, has {self._listed()}; {hint}"
-            )
+            raise DataError(self.path, f"lacks the column {', '.join(missing)}, has {self._listed()}; {hint}")
 
     def read(self) -> RatingsTable:
         blank: Counter[str] = Counter()
@@ -188,7 +188,7 @@ class _Reader:
         if not scored:
             count = len(self.rows)
             rest = f"score in any of its rows ({count})" if count else "row below its headings"
-            raise DataError(f"{self.path}: holds no {rest}")
+            raise DataError(self.path, f"holds no {rest}")
         numbers, raters, items, words, scores, orders, sessions = zip(*scored, strict=True)
         vocabulary = self.columns.words or (
             self.columns.vocabulary if self.words else tuple(word for word in WORDS if word in set(words))
@@ -205,13 +205,13 @@ class _Reader:
     def _word(self, where: str, text: str) -> str:
         if (word := self.columns.word(text)) is None:
             known = ", ".join(self.columns.vocabulary)
-            raise DataError(f"{where}: word must be one of {known}, got {text!r}")
+            raise DataError(where, f"word must be one of {known}, got {text!r}")
         return word
 
 
 def _filled(where: str, name: str, cells: Mapping[str, str]) -> str:
     if not cells[name]:
-        raise DataError(f"{where}: {name} must not be empty")
+        raise DataError(where, f"{name} must not be empty")
     return cells[name]
 
 
@@ -220,7 +220,7 @@ def _order(where: str, text: str) -> int:
         return -1
     order = finite_number(where, "order", text)
     if order < 1 or order != int(order):
-        raise DataError(f"{where}: order must be a whole number from 1, got {text!r}")
+        raise DataError(where, f"order must be a whole number from 1, got {text!r}")
     return int(order)
 
 

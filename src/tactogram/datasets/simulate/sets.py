@@ -230,7 +230,7 @@ def _surface(set_name: str, seed: int, number: int) -> Surface:
 
 def _set(set_name: str) -> SimulatedSet:
     if set_name not in SETS:
-        raise ParameterError(f"simulated set must be one of {', '.join(SETS)}, got {set_name!r}")
+        raise ParameterError.one_of("simulated set", SETS, set_name)
     return SETS[set_name]
 
 

@@ -63,9 +63,7 @@ def split_photographs(
     if not (test >= 0 and validation >= 0 and test + validation < 1):
         raise ParameterError(f"test + validation must be below 1 and each >= 0, got {test} + {validation}")
     if gap < 0 or smallest < 1:
-        raise ParameterError(
-            f"gap must be >= 0 and smallest >= 1 pixels, got {gap} and {smallest}", parameter="gap"
-        )
+        raise ParameterError.must("gap", f"be >= 0 and smallest >= 1 pixels, got {gap} and {smallest}")
     materials, shared = _uses(store, split)
     dealt: dict[str, list[Region]] = {part: [] for part in split.parts}
     by_region: set[str] = set()

@@ -215,7 +215,7 @@ class Split:
         if not isinstance(values, dict) or values.get("format") != FORMAT:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a split")
         if values.get("version") != VERSION:
-            raise DataError(f"{path}: format version must be {VERSION}, got {values.get('version')!r}")
+            raise DataError(path, f"format version must be {VERSION}, got {values.get('version')!r}")
         try:
             parts = {p: tuple(Segment(*s) for s in values[p]) for p in ("train", "validation", "test")}
             return cls(

@@ -11,7 +11,7 @@ import numpy as np
 
 from tactogram.datasets.recording import Label, RecordingInfo, label_of, natural_key
 from tactogram.datasets.splits.split import By, Segment, Split
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 
 
 def split_fractions(
@@ -58,9 +58,8 @@ def split_fractions(
         parts["train"] += [id for name in names for id in members[name]]
     for part in shares:
         if not parts[part]:
-            raise ParameterError(
-                f"{part} would be empty: {_too_few(by, len(shares) + 1, max(len(m) for m in strata.values()))}"
-            )
+            most = max(len(members) for members in strata.values())
+            raise _too_few(f"{part} would be empty", by, len(shares) + 1, most)
     return _whole(parts, infos, by, seed)
 
 
@@ -73,7 +72,7 @@ def split_last(
     recordings is a `ParameterError`.
     """
     if n < 1 or validation < 0:
-        raise ParameterError(f"n must be >= 1 and validation >= 0, got {n} and {validation}", parameter="n")
+        raise ParameterError.must("n", f"be >= 1 and validation >= 0, got {n} and {validation}")
     infos = list(index)
     parts: dict[str, list[str]] = {"train": [], "test": [], "validation": []}
     for material, members in _strata(sorted(infos, key=natural_order), label).items():
@@ -116,8 +115,7 @@ def kfold(
     dealt = 0
     for material, members in strata.items():
         if len(members) < folds:
-            where = f"{material}: " if material else ""
-            raise ParameterError(f"{where}{_too_few(by, folds, len(members))}")
+            raise _too_few(material, by, folds, len(members))
         for name in random.permutation(sorted(members)).tolist():
             fold_of |= dict.fromkeys(members[name], dealt % folds)
             dealt += 1
@@ -228,6 +226,7 @@ def _whole(
     return Split(segments["train"], segments["validation"], segments["test"], by, seed, 0.0, groups)
 
 
-def _too_few(by: str, needed: int, got: int) -> str:
-    other = "`split=blocks` tests on a part of each instead" if by == "recording" else "split by recording"
-    return f"needs at least {needed} {by}s{' of a class' * (by == 'recording')}, got {got}; {other}"
+def _too_few(place: str, by: str, needed: int, got: int) -> ParameterError:
+    blocks = Remedy("test on a part of each instead,", "split", "blocks")
+    problem = f"needs at least {needed} {by}s{' of a class' * (by == 'recording')}, got {got}"
+    return ParameterError(place, problem, remedy=blocks if by == "recording" else "split by recording")

@@ -76,8 +76,9 @@ class StoreStreamInfo:
         """Return this with the axes of ``signal`` added; `DataError` for another unit or domain."""
         if (signal.unit, signal.domain) != (self.unit, self.domain):
             raise DataError(
-                f"{source}: stream {name!r} must be in {self.unit} over {self.domain} as in the rest of the "
-                f"store, got {signal.unit} over {signal.domain}; put it into a store of its own"
+                source,
+                f"stream {name!r} must be in {self.unit} over {self.domain} as in the rest of the "
+                f"store, got {signal.unit} over {signal.domain}; put it into a store of its own",
             )
         return StoreStreamInfo(self.unit, self.domain, tuple(dict.fromkeys((*self.axes, *signal.axes))))
 
@@ -154,8 +155,9 @@ class StoreInfo:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a store")
         if values.get("version") != VERSION:
             raise DataError(
-                f"{path}: format version must be {VERSION}, got {values.get('version')!r}; "
-                "import the data again, or use the tactogram that wrote it"
+                path,
+                f"format version must be {VERSION}, got {values.get('version')!r}; "
+                "import the data again, or use the tactogram that wrote it",
             )
         try:
             values["streams"] = {
@@ -244,7 +246,7 @@ def facts_hash(recording: Recording, image: str | None) -> bytes:
 def check_utf8(text: str, where: str) -> None:
     """Refuse text with bytes of a file name that is not UTF-8: no Parquet or JSON file can hold them."""
     if text != printable(text):
-        raise DataError(f"{where}: file names must be UTF-8; rename the file or folder")
+        raise DataError(where, "file names must be UTF-8; rename the file or folder")
 
 
 def store_hash(
@@ -325,14 +327,14 @@ def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
     try:
         size = file_size(path)
         if size != stored.bytes:
-            raise DataError(f"{path}: must be {stored.bytes} bytes, got {size}; import the data again")
+            raise DataError(path, f"must be {stored.bytes} bytes, got {size}; import the data again")
         file = pq.ParquetFile(readable(path), pre_buffer=isinstance(path, RemotePath))
     except FileNotFoundError as error:
-        raise MissingFileError(f"{path}: not readable: {error}; import the data again") from error
+        raise MissingFileError(path, f"not readable: {error}; import the data again") from error
     except (OSError, pa.ArrowException) as error:
-        raise DataError(f"{path}: not readable: {error}; import the data again") from error
+        raise DataError(path, f"not readable: {error}; import the data again") from error
     if file.metadata.num_rows != stored.rows:
         raise DataError(
-            f"{path}: must have {stored.rows} rows, got {file.metadata.num_rows}; import the data again"
+            path, f"must have {stored.rows} rows, got {file.metadata.num_rows}; import the data again"
         )
     return file

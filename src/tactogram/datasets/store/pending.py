@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo
-from tactogram.errors import DataError, RunError
+from tactogram.errors import DataError, Remedy, RunError
 from tactogram.signal.io.atomic import to_disk
 
 
@@ -92,7 +92,7 @@ def new_folder(target: Path) -> Iterator[Path]:
     Raises `RunError` if ``target`` exists.
     """
     if target.exists():
-        raise RunError(f"{target}: exists already; choose another `out`")
+        raise RunError(target, "exists already", remedy=Remedy("choose another", "out"))
     target.parent.mkdir(parents=True, exist_ok=True)
     clear_stale_parts(target)
     part = part_folder(target)

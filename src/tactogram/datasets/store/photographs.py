@@ -105,7 +105,7 @@ class PhotographFiles:
     def _row(self, key: str) -> tuple[dict[str, Any], str]:
         """Return the row of a photograph, and its name in errors."""
         if key not in self._places:
-            raise DataError(f"{self.folder}: photograph {key} is missing; import the data again")
+            raise DataError(self.folder, f"photograph {key} is missing; import the data again")
         path, number = self._places[key]
         file = pq.ParquetFile(readable(path))
         [row] = file.read_row_group(number).to_pylist()

@@ -19,6 +19,7 @@ import pyarrow as pa
 import pyarrow.fs as fs
 
 from tactogram.errors import DataError, ParameterError, one_line
+from tactogram.text_files import path_of
 
 _URL = re.compile(r"(?P<scheme>[a-z][a-z0-9+.-]+)://(?P<rest>.*)", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"://[^/]*@")
@@ -35,7 +36,7 @@ def is_remote(path: object) -> bool:
 def location(path: Path | RemotePath | str) -> Path | RemotePath:
     """Return a folder or file by its path or URL; `ParameterError` for a URL that no file system has."""
     if isinstance(path, RemotePath) or not (isinstance(path, str) and is_remote(path)):
-        return path if isinstance(path, RemotePath) else Path(path)
+        return path if isinstance(path, RemotePath) else path_of(path, "path")
     if _CREDENTIALS.search(path):
         raise ParameterError(
             "a URL must hold no credentials, which would be written into runs; give them in the environment "
@@ -108,8 +109,9 @@ def errors(path: RemotePath) -> Iterator[None]:
         raise
     except (OSError, pa.ArrowException) as error:
         raise DataError(
-            f"{path}: {one_line(error)}; check the address, the network and the credentials (AWS_ACCESS_KEY_ID and "
-            "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE; AWS_ENDPOINT_URL)"
+            path,
+            f"{one_line(error)}; check the address, the network and the credentials (AWS_ACCESS_KEY_ID and "
+            "AWS_SECRET_ACCESS_KEY, or AWS_PROFILE; AWS_ENDPOINT_URL)",
         ) from error
 
 

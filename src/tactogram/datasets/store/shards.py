@@ -120,7 +120,7 @@ class Shard:
             else:
                 samples = np.fromfile(path, "<f4", count=stop - start, offset=place)
         except FileNotFoundError as error:
-            raise MissingFileError(f"{self.path}: not readable: {error}; import the data again") from error
+            raise MissingFileError(self.path, f"not readable: {error}; import the data again") from error
         if len(samples) != stop - start:
             raise DataError(f"{self.path} is cut short; import the data again")
         return samples.astype(np.float32, copy=False)
@@ -202,14 +202,14 @@ def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
             ids = np.load(io.BytesIO(file.read_bytes()), allow_pickle=False)
             if store_hash(ids, facts.photographs, facts.ratings_sha256) != facts.sha256:
                 raise DataError(
-                    f"{file}: wrong hash: not the list of ids that was written; copy the store again"
+                    file, "wrong hash: not the list of ids that was written; copy the store again"
                 )
         else:
             ids = np.load(file, mmap_mode="r", allow_pickle=False)
     except FileNotFoundError as error:
-        raise MissingFileError(f"{file}: not readable: {error}; import the data again") from error
+        raise MissingFileError(file, f"not readable: {error}; import the data again") from error
     except (OSError, ValueError, KeyError) as error:
-        raise DataError(f"{file}: not readable: {error}; import the data again") from error
+        raise DataError(file, f"not readable: {error}; import the data again") from error
     return ShardIndex(facts.shards, ids)
 
 
@@ -305,8 +305,8 @@ def _columns(
 def _check_names(where: str, name: str, signal: Signal) -> None:
     for text in (name, *signal.axes):
         if not _NAME.fullmatch(text):
-            raise DataError(f"{where}: names of streams and axes must be letters, digits, _+-; got {text!r}")
+            raise DataError(where, f"names of streams and axes must be letters, digits, _+-; got {text!r}")
     if len(signal) > MOST_SAMPLES:
         raise DataError(
-            f"{where}: {name} must be at most {MOST_SAMPLES} samples, got {len(signal)}; cut it first"
+            where, f"{name} must be at most {MOST_SAMPLES} samples, got {len(signal)}; cut it first"
         )

@@ -48,7 +48,7 @@ def open_store(path: Path | str) -> Store:
     """
     store = Store(location(path))
     if store.facts.unfinished is not None:
-        raise DataError(f"{path}: unfinished; repeat the import or simulation that was making it")
+        raise DataError(path, "unfinished; repeat the import or simulation that was making it")
     return store
 
 
@@ -191,9 +191,7 @@ class Store:
         length = int(shard.lengths[stream][row])
         first, last, _ = slice(start, stop).indices(length)
         if last <= first:
-            raise ParameterError(
-                f"samples must lie in 0 to {length} of {id}, got {start} to {stop}", parameter="samples"
-            )
+            raise ParameterError.must("samples", f"lie in 0 to {length} of {id}, got {start} to {stop}")
         facts, axes = self.streams[stream], shard.axes[stream][row]
         samples = np.stack([shard.read(axis_column(stream, axis), row, first, last) for axis in axes])
         samples.flags.writeable = False
@@ -306,9 +304,7 @@ class Store:
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
         if stream not in self.streams or not shard.has(stream, row):
-            raise ParameterError(
-                f"stream of {id} must be one of {', '.join(self.streams_of(id))}, got {stream!r}"
-            )
+            raise ParameterError.one_of(f"stream of {id}", self.streams_of(id), stream)
         return shard, row
 
     def _info_at(self, place: int) -> RecordingInfo:

@@ -94,14 +94,15 @@ class StoreWriter:
         """
         where = recording.source or recording.id
         if recording.id != content_id(recording.streams):
-            raise DataError(f"{where}: id must follow from the samples, got {recording.id!r}; leave it empty")
+            raise DataError(where, f"id must follow from the samples, got {recording.id!r}; leave it empty")
         item = item_of(recording)
         earlier = self._earlier(recording.id)
         if earlier is not None:
             if earlier[0] != item:
                 raise DataError(
-                    f"{where}: the same samples as {earlier[1]}, but called {item!r} here "
-                    f"and {earlier[0]!r} there; leave one out"
+                    where,
+                    f"the same samples as {earlier[1]}, but called {item!r} here "
+                    f"and {earlier[0]!r} there; leave one out",
                 )
             self.duplicates.append({"id": recording.id, "kept": earlier[1], "dropped": where})
             return False
@@ -124,7 +125,7 @@ class StoreWriter:
         picture shows another one.
         """
         if not material:
-            raise DataError(f"{source or 'a photograph'}: must name the material it shows, got none")
+            raise DataError(source or "a photograph", "must name the material it shows, got none")
         if isinstance(photograph, Image):
             photograph = photograph_of(photograph)
         check_utf8(source + material, source)
@@ -132,8 +133,9 @@ class StoreWriter:
         for other, sources in self.photographs.items():
             if key in sources and other != material:
                 raise DataError(
-                    f"{source or key}: the same picture as {sources[key] or key}, but called {material!r} here and "
-                    f"{other!r} there; leave one out"
+                    source or key,
+                    f"the same picture as {sources[key] or key}, but called {material!r} here and "
+                    f"{other!r} there; leave one out",
                 )
         if key in self.photographs.get(material, {}):
             return False

@@ -247,7 +247,7 @@ def _copy(source: Path | RemotePath, target: Path | RemotePath, sha256: str | No
 
     def check(path: Path | RemotePath) -> None:
         if sha256 is not None and file_hash(path) != sha256:
-            raise DataError(f"{source}: wrong hash: changed since it was written; import the data again")
+            raise DataError(source, "wrong hash: changed since it was written; import the data again")
 
     (system, path), (target_system, target_path) = arrow_place(source), arrow_place(target)
     try:
@@ -256,7 +256,7 @@ def _copy(source: Path | RemotePath, target: Path | RemotePath, sha256: str | No
         with _errors(source), _errors(target):
             fs.copy_files(path, target_path, source_filesystem=system, destination_filesystem=target_system)
     except FileNotFoundError as error:
-        raise DataError(f"{source}: missing; import the data again") from error
+        raise DataError(source, "missing; import the data again") from error
     if isinstance(target, Path):
         check(target)
 

@@ -278,9 +278,7 @@ def plan_pieces(
     part, up to ``most``. Raises `ParameterError` if ``longest_s`` or ``most`` is not positive.
     """
     if not (longest_s > 0 and most >= 1):
-        raise ParameterError(
-            f"longest_s must be > 0 and most >= 1, got {longest_s:g} and {most}", parameter="longest_s"
-        )
+        raise ParameterError.must("longest_s", f"be > 0 and most >= 1, got {longest_s:g} and {most}")
     every = [part[material] for part in (train, test) for material in test]
     rate = every[0][0].rate
     length = min(len(signal) for signals in every for signal in signals)

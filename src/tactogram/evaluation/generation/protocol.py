@@ -284,7 +284,7 @@ def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
     if MODEL not in sets:
         raise ParameterError.must("sets", f"hold {MODEL!r}", ", ".join(sets) or "none")
     if not test:
-        raise ParameterError("test must hold a recording, got none", parameter="test")
+        raise ParameterError.must("test", "hold a recording, got none")
     for name, part in {TEST: test, "train": train, **sets}.items():
         for material in test:
             if not part.get(material):
@@ -296,6 +296,4 @@ def _check(sets: Mapping[str, BySet], train: BySet, test: BySet) -> None:
         for s in part[material]
     }
     if len(kinds) != 1:
-        raise ParameterError(
-            f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
-        )
+        raise ParameterError.must("signals", f"have one rate, unit and set of axes, got {len(kinds)} kinds")

@@ -172,14 +172,13 @@ def _points(
     """Return both as float64, shifted to a common centre."""
     a, b = (np.asarray(points, dtype=np.float64) for points in (one, other))
     if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[1]:
-        raise ParameterError(
-            f"points must be (point, feature) with equally many features, got {a.shape} and {b.shape}",
-            parameter="points",
+        raise ParameterError.must(
+            "points", f"be (point, feature) with equally many features, got {a.shape} and {b.shape}"
         )
     if min(len(a), len(b)) < fewest:
         raise ParameterError(f"both sets must have at least {fewest} points, got {len(a)} and {len(b)}")
     if not (np.isfinite(a).all() and np.isfinite(b).all()):
-        raise ParameterError("points must be finite, got NaN or infinity", parameter="points")
+        raise ParameterError.must("points", "be finite, got NaN or infinity")
     centre = (a.mean(axis=0) + b.mean(axis=0)) / 2
     return a - centre, b - centre
 

@@ -34,9 +34,8 @@ def wilson(share: float, trials: int) -> Accuracy:
     E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212.
     """
     if trials < 1 or not 0 <= share <= 1:
-        raise ParameterError(
-            f"share must be in 0..1 and trials >= 1 for an interval, got {share} and {trials}",
-            parameter="share",
+        raise ParameterError.must(
+            "share", f"be in 0..1 and trials >= 1 for an interval, got {share} and {trials}"
         )
     z = float(norm.ppf(0.975))
     middle = share + z**2 / (2 * trials)

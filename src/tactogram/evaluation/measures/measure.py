@@ -102,14 +102,11 @@ def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:
     every = [signal for members in sets for signal in members]
     kinds = {(s.rate, s.unit, s.axes) for s in every}
     if len(kinds) != 1:
-        raise ParameterError(
-            f"signals must have one rate, unit and set of axes, got {len(kinds)} kinds", parameter="signals"
-        )
+        raise ParameterError.must("signals", f"have one rate, unit and set of axes, got {len(kinds)} kinds")
     for signal in every:
         if _over_time(signal).seconds < shortest_s * (1 - 1e-9):
-            raise ParameterError(
-                f"signals must last at least {shortest_s:g} s, got {signal.seconds:.3g} s",
-                parameter="signals",
+            raise ParameterError.must(
+                "signals", f"last at least {shortest_s:g} s, got {signal.seconds:.3g} s"
             )
     return every[0]
 
@@ -131,5 +128,5 @@ def stacks(signals: Sequence[Signal]) -> Iterator[NDArray[np.float64]]:
 
 def _over_time(signal: Signal) -> Signal:
     if signal.domain != "time":
-        raise ParameterError("signals must be over time, got one over displacement", parameter="signals")
+        raise ParameterError.must("signals", "be over time, got one over displacement")
     return signal

@@ -87,9 +87,7 @@ def nearness(
             correlation = fft.irfft(match, points, axis=-1)[:, : inverse.shape[1]]
             largest[number] = max(largest[number], float(np.abs(correlation * inverse).max()))
     if not found:
-        raise ParameterError(
-            f"trained must hold a signal of {seconds:g} s, got none; use shorter pieces", parameter="trained"
-        )
+        raise ParameterError.must("trained", f"hold a signal of {seconds:g} s, got none; use shorter pieces")
     return np.minimum(largest, 1.0)
 
 
@@ -97,15 +95,13 @@ def _pieces(signals: Sequence[Signal], seconds: float) -> NDArray[np.float32]:
     """Return the pieces of ``signals``, each scaled to energy 1: float32, shape (piece, axis, time)."""
     length = round(seconds * signals[0].rate) if 0 < seconds < np.inf else 0
     if length < 2:
-        raise ParameterError(f"pieces must last at least two samples, got {seconds} s", parameter="pieces")
+        raise ParameterError.must("pieces", f"last at least two samples, got {seconds} s")
     pieces = []
     for signal in signals:
         x = without_drift(signal.samples.astype(np.float64), signal.rate)
         pieces += [x[:, k : k + length] for k in range(0, len(signal) - length + 1, length // 2)]
     if not pieces:
-        raise ParameterError(
-            f"signals must hold one of {seconds:g} s, got none; use shorter pieces", parameter="signals"
-        )
+        raise ParameterError.must("signals", f"hold one of {seconds:g} s, got none; use shorter pieces")
     stack = np.stack(pieces)
     size = np.sqrt(np.sum(stack**2, axis=(1, 2), keepdims=True))
     return np.asarray(np.divide(stack, size, out=np.zeros_like(stack), where=size > 0), np.float32)

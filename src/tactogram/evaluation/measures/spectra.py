@@ -97,9 +97,8 @@ def check_band(frequency: NDArray[np.float64], band: tuple[float, float]) -> NDA
     """Return which frequencies lie in ``band``; refuse a band without any."""
     inside = (frequency >= band[0]) & (frequency <= band[1])
     if not inside.any():
-        raise ParameterError(
-            f"band must hold a frequency below {frequency[-1]:g} Hz, got {band[0]:g} {band[1]:g} Hz",
-            parameter="band",
+        raise ParameterError.must(
+            "band", f"hold a frequency below {frequency[-1]:g} Hz, got {band[0]:g} {band[1]:g} Hz"
         )
     return inside
 
@@ -168,7 +167,7 @@ def band_edges(low: float, high: float, *, per_octave: int) -> NDArray[np.float6
     ``per_octave`` is approximate: the number of bands is rounded. float64, shape (band + 1,), Hz.
     """
     if not 0 < low < high:
-        raise ParameterError(f"band must be 0 < low < high in Hz, got {low:g} {high:g}", parameter="band")
+        raise ParameterError.must("band", f"be 0 < low < high in Hz, got {low:g} {high:g}")
     bands = max(1, round(np.log2(high / low) * per_octave))
     return np.geomspace(low, high, bands + 1)
 

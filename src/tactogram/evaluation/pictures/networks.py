@@ -151,9 +151,7 @@ def check_pictures(*sets: Tensor, paired: bool = False) -> None:
                 "pictures", "be (picture, 1, rows, columns), or 3 for colours", tuple(pictures.shape)
             )
         if not bool((pictures.abs() <= 1 + 1e-6).all()):
-            raise ParameterError(
-                "pictures must be finite and in -1..1, got a value that is not", parameter="pictures"
-            )
+            raise ParameterError.must("pictures", "be finite and in -1..1, got a value that is not")
     if paired and len({pictures.shape for pictures in sets}) > 1:
         shapes = " and ".join(str(tuple(pictures.shape)) for pictures in sets)
         raise ParameterError(f"pairs need as many pictures of one size, got {shapes}")
@@ -173,4 +171,4 @@ def _load(network: Any, state: Mapping[str, Tensor | None], file: Path, name: st
         network.load_state_dict(state, **options)
     except (RuntimeError, AttributeError) as error:
         line = " ".join(str(error).split())
-        raise DataError(f"{file}: not weights of {name}: {line[:120]}") from error
+        raise DataError(file, f"not weights of {name}: {line[:120]}") from error

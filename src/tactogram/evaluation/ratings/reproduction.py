@@ -182,10 +182,10 @@ def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
         Scores of items generated for each label from several noises.
     """
     if said.ndim != 3 or asked.shape != (len(said), said.shape[2]) or len(asked) < 3:
-        raise ParameterError(
-            "asked must be (label, word) of at least 3 labels and said (label, draw, word), "
+        raise ParameterError.must(
+            "asked",
+            "be (label, word) of at least 3 labels and said (label, draw, word), "
             f"got {asked.shape} and {said.shape}",
-            parameter="asked",
         )
     errors = np.abs(said[:, None] - asked[None, :, None]).mean((2, 3))  # of each score against each label
     own = np.eye(len(asked), dtype=bool)

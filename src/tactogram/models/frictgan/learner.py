@@ -313,9 +313,9 @@ class FrictGANLearner(AdversarialNetworks, Model):
             return None
         latent = np.asarray(condition["latent"], np.float32)
         if latent.shape != (self.config.noise,) or not np.isfinite(latent).all() or not self.config.noise:
-            raise ParameterError(
-                f"latent must be {self.config.noise} finite numbers, as drawn from N(0, 1), got shape {latent.shape}",
-                parameter="latent",
+            raise ParameterError.must(
+                "latent",
+                f"be {self.config.noise} finite numbers, as drawn from N(0, 1), got shape {latent.shape}",
             )
         return torch.from_numpy(latent)
 

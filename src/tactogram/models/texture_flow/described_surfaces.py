@@ -249,9 +249,7 @@ def word_weights(rated: NDArray[np.float64], scores: NDArray[np.float64]) -> NDA
     asked = np.isfinite(scores)
     whole = np.isfinite(rated[:, asked]).all(1)
     if not asked.any() or not whole.any():
-        raise ParameterError(
-            "words must be at least one that a surface was rated in, got none", parameter="words"
-        )
+        raise ParameterError.must("words", "be at least one that a surface was rated in, got none")
     known = rated[np.ix_(whole, asked)]
     nearest = np.median(KDTree(known).query(known, k=2)[0][:, 1])
     width = max(WIDTH * float(nearest), np.finfo(float).eps)

@@ -193,10 +193,10 @@ class KnownSurfaces:
         """Return the surface of signals, refused in the ``name`` of what they are if all are too short."""
         surface = self.spectra.measure(signals)
         if surface is None:
-            raise ParameterError(
-                f"recordings must have at least {self.spectra.samples(2)} samples, got none of {name}; "
+            raise ParameterError.must(
+                "recordings",
+                f"have at least {self.spectra.samples(2)} samples, got none of {name}; "
                 f"shorten config.{self.spectra.window}",
-                parameter="recordings",
             )
         return surface
 

@@ -90,7 +90,8 @@ def make(
         raise FailedTrainingError(
             f"the training of cluster {cluster + 1} of {config.group} ({', '.join(surfaces.members(cluster))}) "
             f"failed: in none of its {trained[cluster].curves.shape[1]} iterations was the discriminator correct in "
-            f"{config.rate_low:.0%} to {config.rate_high:.0%}; use other scores, or train with fewer clusters"
+            f"{config.rate_low:.0%} to {config.rate_high:.0%}",
+            remedy="use other scores, or train with fewer clusters",
         )
     spectrum, source = _sensor_spectrum(condition.get("vibration"), surface, surfaces, config, seed=seed)
     made, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)

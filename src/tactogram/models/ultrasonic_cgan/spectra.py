@@ -177,7 +177,5 @@ def _window_length(signal: Signal, config: Config) -> int:
         )
     length = round(WINDOW_S * signal.rate)
     if len(signal) < length:
-        raise ParameterError(
-            f"signal must last {WINDOW_S:g} s or longer, got {signal.seconds:g} s", parameter="signal"
-        )
+        raise ParameterError.must("signal", f"last {WINDOW_S:g} s or longer, got {signal.seconds:g} s")
     return length

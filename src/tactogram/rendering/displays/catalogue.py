@@ -17,7 +17,7 @@ from tactogram.rendering.displays.display import Display
 from tactogram.rendering.displays.response import read_response
 from tactogram.rendering.level import Level
 from tactogram.signal.signal import Signal
-from tactogram.text_files import read_toml
+from tactogram.text_files import path_of, read_toml
 from tactogram.validation import validated, with_changes
 
 FOLDER = Path(__file__).parent
@@ -39,7 +39,7 @@ def open_display(name: str | Path, *, changes: Mapping[str, Any] | None = None) 
     0.5
     """
     known = shipped()
-    path = known.get(str(name), Path(name))
+    path = known.get(str(name)) or path_of(name, "name")
     if path.suffix != ".toml":
         raise ParameterError.must(
             "display", f"be one of {', '.join(known)}, or a TOML file", str(name), choices=known

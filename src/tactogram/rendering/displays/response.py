@@ -177,13 +177,13 @@ def read_response(path: Path) -> tuple[Point, ...]:
     """
     rows = [(n, row) for n, row in csv_rows(read_text(path), path) if not row[0].startswith("#")]
     if not rows:
-        raise DataError(f"{path}: empty; expected columns {', '.join(HEADING[:3])}")
+        raise DataError(path, f"empty; expected columns {', '.join(HEADING[:3])}")
     degrees = False
     if not _is_number(rows[0][1][0]):
         heading = [cell.lower() for cell in rows[0][1]]
         if not heading[0].startswith("freq") or len(heading) < 2 or not heading[1].strip().startswith("gain"):
             raise DataError(
-                f"{path}: line {rows[0][0]}: expected columns {', '.join(HEADING[:3])}, got {rows[0][1]}"
+                f"{path}: line {rows[0][0]}", f"expected columns {', '.join(HEADING[:3])}, got {rows[0][1]}"
             )
         degrees = len(heading) > 2 and "deg" in heading[2]
         rows = rows[1:]
@@ -191,13 +191,13 @@ def read_response(path: Path) -> tuple[Point, ...]:
     for number, row in rows:
         if len(row) < 2 or not all(_is_number(cell) for cell in row[:3]):
             raise DataError(
-                f"{path}: line {number}: expected numbers for frequency, gain and phase, got {row}"
+                f"{path}: line {number}", f"expected numbers for frequency, gain and phase, got {row}"
             )
         values.append([float(cell) for cell in row[:3]] + [0.0] * (3 - len(row)))
     points = np.array(values, np.float64).reshape(-1, 3)
     points[:, 2] = np.unwrap(np.radians(points[:, 2]) if degrees else points[:, 2])
     if len(points) < 2 or (points[:, :2] <= 0).any() or (np.diff(points[:, 0]) <= 0).any():
-        raise DataError(f"{path}: expected at least 2 rows of rising frequencies > 0 with a gain > 0")
+        raise DataError(path, "expected at least 2 rows of rising frequencies > 0 with a gain > 0")
     return tuple((float(f), float(g), float(p)) for f, g, p in points)
 
 

@@ -206,10 +206,10 @@ def modulated(
     if target.unit != "1":
         raise UnitError(f"a friction coefficient must have unit 1, got {target.unit}")
     if target.domain != "time" or len(target.axes) != 1:
-        raise ParameterError(
-            "friction must be one axis over time (played along a finger's path first), got "
+        raise ParameterError.must(
+            "friction",
+            "be one axis over time (played along a finger's path first), got "
             f"{len(target.axes)} over {target.domain}",
-            parameter="friction",
         )
     s = settings
     s.check_rate(rate, highest_hz)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.displays.catalogue import display_family
+from tactogram.rendering.displays.catalogue import display_family, open_display
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.axes import combined
 from tactogram.rendering.drive.level_scaling import without_constant
@@ -37,7 +38,7 @@ class Drive:
 
 def fit(
     signal: Signal,
-    display: Display,
+    display: Display | Path | str,
     *,
     level: Level | str,
     axes: str | None = None,
@@ -51,7 +52,8 @@ def fit(
     Parameters
     ----------
     signal : Signal
-    display : Display
+    display : Display, Path or str
+        Or its name or file, as of `open_display`.
     level : Level or str
         Or its text, as of `parse_level`; there is no default.
     axes : str, optional
@@ -74,6 +76,9 @@ def fit(
     0.5
     """
     level = parse_level(level) if isinstance(level, str) else level
+    if not isinstance(level, Level):
+        raise ParameterError.must("level", "be a Level or its text, such as peak=0.5", level)
+    display = display if isinstance(display, Display) else open_display(display)
     given = signal_facts(signal_of(signal))
     scaled: list[str] = []
     if signal.domain == "displacement":

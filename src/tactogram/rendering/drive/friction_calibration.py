@@ -99,15 +99,13 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
     found: dict[str, list[tuple[float, float, float]]] = {}
     for number, row in read_table(path, needed=COLUMNS):
         if unknown := [name for name in row if name not in (*COLUMNS, *OPTIONAL)]:
-            raise DataError(
-                f"{path}: unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}"
-            )
+            raise DataError(path, f"unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}")
         if "normal_force_n" not in row and normal_force_n is None:
-            raise DataError(f"{path}: has no column normal_force_n: add it, or give normal_force_n")
+            raise DataError(path, "has no column normal_force_n: add it, or give normal_force_n")
         person = (row.get("person") or "all").strip()
         found.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
     if not found:
-        raise DataError(f"{path}: no measurements")
+        raise DataError(path, "no measurements")
     return [FrictionMeasurements(person, *np.array(rows).T) for person, rows in found.items()]
 
 
@@ -177,9 +175,7 @@ def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
     values = read_toml(path)
     rows = values.get("calibration")
     if not isinstance(rows, list) or set(values) != {"calibration"}:
-        raise DataError(
-            f"{path}: needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}"
-        )
+        raise DataError(path, f"needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}")
     absent = {"exponent": None, "exponent_interval": None}
     return [validated(FrictionCalibration, {**absent, **row}, where=f"{path}: calibration") for row in rows]
 
@@ -205,12 +201,13 @@ def _numbers(row: dict[str, Any], force: float | None, where: str) -> tuple[floa
         values = [float(row[name]) for name in COLUMNS]
         values.append(float(row["normal_force_n"]) if "normal_force_n" in row else float(force or math.nan))
     except (TypeError, ValueError):
-        raise DataError(f"{where}: needs numbers, got {dict(row)}") from None
+        raise DataError(where, f"needs numbers, got {dict(row)}") from None
     plausible = all(SIZES[0] <= abs(value) <= SIZES[1] for value in values if value)
     if not plausible or values[0] < 0 or values[2] <= 0:
         raise DataError(
-            f"{where}: voltage must be >= 0, the normal force > 0, each 0 or {SIZES[0]:g} to {SIZES[1]:g} in size, "
-            f"got {values}"
+            where,
+            f"voltage must be >= 0, the normal force > 0, each 0 or {SIZES[0]:g} to {SIZES[1]:g} in size, "
+            f"got {values}",
         )
     return values[0], values[1], values[2]
 

@@ -118,10 +118,10 @@ class PathPlayback:
         self, texture: Signal, *, rate: float, highest_hz: float = 1000.0, hysteresis_mm: float = 0.1
     ) -> None:
         if texture.domain != "displacement" or len(texture.axes) != 1 or len(texture) < 2:
-            raise ParameterError(
-                "texture must be one axis over displacement with at least two samples, got "
+            raise ParameterError.must(
+                "texture",
+                "be one axis over displacement with at least two samples, got "
                 f"{len(texture.axes)} over {texture.domain} with {len(texture)}",
-                parameter="texture",
             )
         if not 0 < highest_hz <= 0.45 * rate:
             raise ParameterError.must("highest_hz", f"be above 0 and at most {0.45 * rate:g}", highest_hz)

@@ -55,8 +55,8 @@ def exponential_sweep(
         )
     low, high = band or display.band or (10.0, 0.45 * display.rate)
     if not 0 < low < high < display.rate / 2:
-        raise ParameterError(
-            f"band must be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}", parameter="band"
+        raise ParameterError.must(
+            "band", f"be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}"
         )
     low, high = low * WIDER[0], max(high, min(high * WIDER[1], 0.45 * display.rate))
     if not 0 < level <= 1:

@@ -85,9 +85,7 @@ def noise_header(model: ModulatedNoise, *, name: str, facts: Sequence[str] = ())
         raise ParameterError.must("name", "be a C identifier in lower case", name)
     frame = Fraction(FRAME_S).limit_denominator(1000) * Fraction(model.rate).limit_denominator(1000)
     if frame.denominator > MOST_FRAMES or abs(float(frame) - FRAME_S * model.rate) > 1e-9:
-        raise ParameterError(
-            f"rate must be a fraction of small numbers, got {model.rate} Hz", parameter="rate"
-        )
+        raise ParameterError.must("rate", f"be a fraction of small numbers, got {model.rate} Hz")
     tables = _tables(model)
     words = sum(table["size"] for table in tables)
     block = max(1, round(BLOCK_S * model.rate))

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -39,8 +39,9 @@ class HapticFormat:
         In which the strength of a waveform is analysed, each on its own; by default all that is felt, with transients.
     resolution_s : float, s
         By how much the time of an event may differ in the file.
-    instead : str
-        What keeps more of a signal, for the same devices if possible, in words (see `verdict`).
+    instead : mapping of str
+        What keeps more of a signal, for the same devices if possible, in words (see `verdict`), with the name or
+        suffix of the format, if it is one.
     modalities : tuple of str
         Modalities that the format distinguishes, if any.
     highest_rate : float, Hz, optional
@@ -59,7 +60,9 @@ class HapticFormat:
     encode_waveform: Callable[[Signal, DocumentHeader], Any] | None = None
     bands: tuple[tuple[float, float], ...] = ()
     resolution_s: float = 0.001
-    instead: str = "a format of waveforms (.wav, .hjif)"
+    instead: Mapping[str, str] = field(
+        default_factory=lambda: {"a format of waveforms (.wav, .hjif)": ".hjif"}
+    )
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None
     parse: Callable[[bytes, Path], Any] = parse
@@ -117,7 +120,7 @@ def recognised_format(document: Any, path: Path) -> HapticFormat:
     recognised = (format for format in formats.values() if format.recognise(document))
     format = next(recognised, None)
     if format is None:
-        raise DataError(f"{path}: is none of {', '.join(formats)}; name its format")
+        raise DataError(path, f"is none of {', '.join(formats)}; name its format")
     return format
 
 

@@ -6,6 +6,7 @@ own. An effect begins at amplitude 0, and each point states how long the line to
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -56,7 +57,7 @@ class EnvelopeBuilder:
     start: str
     span: FrequencySpan | None = None
 
-    def haptic_format(self, name: str, instead: str) -> HapticFormat:
+    def haptic_format(self, name: str, instead: Mapping[str, str]) -> HapticFormat:
         """Return the format of these documents."""
         return HapticFormat(
             name=name,

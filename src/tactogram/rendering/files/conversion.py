@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -164,8 +163,8 @@ def _kept(content: Signal | Events, back: HapticFile, kind: HapticFormat) -> dic
     told = [f"{axis} {loss_sentence(one, kind.holds, counts)}." for axis, one in found.items()]
     worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
     buzzes = back.events.count if back.events else 0
-    word = verdict(worst, kind.holds, kind.instead, buzzes=buzzes, counts=counts)
-    if kind.instead in word:
+    word = verdict(worst, kind.holds, "", buzzes=buzzes, counts=counts)
+    if word != verdict(worst, kind.holds, " or ".join(kind.instead), buzzes=buzzes, counts=counts):
         better = _better(content, kind, loss_rank(worst, counts))
         word = verdict(worst, kind.holds, better, buzzes=buzzes, counts=counts)
     felt = power_felt(content) if isinstance(content, Signal) and kind.holds != "waveform" else 1.0
@@ -200,12 +199,12 @@ def _measured(
 
 def _better(content: Signal | Events, kind: HapticFormat, lost: tuple[float, float]) -> str:
     """Return those of a format's remedies that lose less than ``lost`` (`loss_rank`), or cannot be tried."""
-    formats, better = haptic_formats(), []
-    for remedy in kind.instead.split(" or "):
-        named = [formats[name] for name in re.findall(r"[a-z_]+", remedy) if name in formats]
-        if not named or any(_rank(content, other) < lost for other in named):
-            better.append(remedy)
-    return " or ".join(better)
+    formats = haptic_formats()
+    return " or ".join(
+        remedy
+        for remedy, name in kind.instead.items()
+        if (other := formats.get(name.removeprefix("."))) is None or _rank(content, other) < lost
+    )
 
 
 def _rank(content: Signal | Events, kind: HapticFormat) -> tuple[float, float]:

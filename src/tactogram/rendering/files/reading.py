@@ -77,7 +77,7 @@ def read_haptic(path: Path | str, *, format: str | None = None, rate: float | No
     try:
         notes.check()
     except DataError as error:
-        raise DataError(f"{path}: not valid {kind.title}: {error}") from None
+        raise DataError(path, f"not valid {kind.title}: {error}") from None
     return file
 
 
@@ -121,17 +121,18 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
 
 def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
     if not path.is_file():
-        raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
     if path.stat().st_size > MOST_BYTES:
-        raise DataError(f"{path}: must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
+        raise DataError(path, f"must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)
     data = path.read_bytes()
     if len(candidates) == 1:
         return candidates[0].parse(data, path), candidates[0]
     if re.search(rb'<primitive-effect|"primitive"', data):
         raise DataError(
-            f"{path}: Android's compositions of primitives are not read, since each phone has its own; write the "
-            "effect as timings and amplitudes, or as an envelope of controlPoints, in JSON"
+            path,
+            "Android's compositions of primitives are not read, since each phone has its own; write the "
+            "effect as timings and amplitudes, or as an envelope of controlPoints, in JSON",
         )
     document = parse(data, path)
     return document, recognised_format(document, path)

@@ -10,12 +10,14 @@ import math
 import re
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
-from tactogram.errors import DataError, one_line
+from tactogram.errors import DataError, TactogramError, one_line
 
 MIB = 2**20
 ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
@@ -45,15 +47,23 @@ def check_archive(
     """
     size = file.seek(0, 2)
     most = max(SMALL, MOST_GROWTH * size) if most_bytes is None else most_bytes
-    try:
-        with zipfile.ZipFile(file) as archive:
-            problem = _problem(archive, most, most_members)
-    except UnpackedSizeError as error:
-        raise UnpackedSizeError(f"{where}: {error}") from None
-    except Exception as error:  # zipfile and numpy raise whatever a damaged head leads to
-        raise DataError(f"{where}: truncated or damaged: {one_line(error)}") from None
+    with decoding(where, "truncated or damaged"), zipfile.ZipFile(file) as archive:
+        problem = _problem(archive, most, most_members)
     if problem:
-        raise DataError(f"{where}: {problem}")
+        raise DataError(where, problem)
+
+
+@contextmanager
+def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[None]:
+    """Raise a `DataError` for an empty file and for whatever a library raises for a damaged one; name the source."""
+    if isinstance(source, Path) and source.is_file() and source.stat().st_size == 0:
+        raise DataError(source, "empty file")
+    try:
+        yield
+    except TactogramError as error:
+        raise type(error)(source, error) from error
+    except Exception as error:
+        raise DataError(source, f"{problem}: {one_line(error)}", remedy=remedy) from error
 
 
 def check_size(count: int, path: Path) -> None:
@@ -61,7 +71,7 @@ def check_size(count: int, path: Path) -> None:
     most = max(SMALL, MOST_GROWTH * path.stat().st_size)
     if count > most:
         raise UnpackedSizeError(
-            f"{path}: must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it"
+            path, f"must unpack to at most {most // MIB} MiB, got {count / MIB:.0f} MiB; cut it"
         )
 
 
@@ -73,7 +83,7 @@ def unpacked(path: Path) -> dict[str, bytes]:
     raw, suffix = path.read_bytes(), path.suffix.lower()
     most = max(SMALL, MOST_GROWTH * len(raw))
     if not raw:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     try:
         if suffix == ".zip":
             check_archive(io.BytesIO(raw), path)
@@ -84,7 +94,7 @@ def unpacked(path: Path) -> dict[str, bytes]:
                 texts = [name for name in texts if not _BESIDE.search(name)]
                 if not texts:
                     raise DataError(
-                        f"{path}: holds no .csv, .tsv or .txt; unpack it, and read its files one by one"
+                        path, "holds no .csv, .tsv or .txt; unpack it, and read its files one by one"
                     )
                 return {f"{path}/{name}": archive.read(name) for name in texts}
         if suffix == ".xz":
@@ -93,7 +103,7 @@ def unpacked(path: Path) -> dict[str, bytes]:
             with (gzip if suffix == ".gz" else bz2).open(io.BytesIO(raw)) as file:
                 text = file.read(most + 1)
     except (*ZIP_ERRORS, lzma.LZMAError) as error:
-        raise DataError(f"{path}: truncated or damaged: {one_line(error)}") from None
+        raise DataError(path, f"truncated or damaged: {one_line(error)}") from None
     check_size(len(text), path)
     return {str(path): text}
 

@@ -57,7 +57,7 @@ def tables(path: Path) -> list[RawTable]:
     description = _describe(arrays, path)
     samples = arrays.get(SAMPLES)
     if samples is None or samples.ndim != 2 or samples.dtype.kind not in "fiu":
-        raise DataError(f"{path}: {SAMPLES} must be numbers (axis, time); the file was changed")
+        raise DataError(path, f"{SAMPLES} must be numbers (axis, time); the file was changed")
     columns = tuple(samples.astype(np.float64))
     return [RawTable(path, description.axes, columns, rate=description.rate, description=description)]
 
@@ -90,9 +90,7 @@ def array_tables(
     ):
         refused += [f"{name} is {values.dtype} of shape {values.shape}" for name, values in singles.items()]
         what = "no samples" if found else ", ".join(refused[:MOST_LISTED]) or "no arrays"
-        raise DataError(
-            f"{path}: must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}"
-        )
+        raise DataError(path, f"must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}")
     settings = [name for name in singles if name not in rates]
     longest = max(length for length, _ in found)
     for key, alike in [*found.items()]:
@@ -215,10 +213,10 @@ def load_arrays(
     with path.open("rb") as stream:
         head = stream.read(6)
         if not head:
-            raise DataError(f"{path}: empty file")
+            raise DataError(path, "empty file")
         if not head.startswith(b"PK"):
             hint = "; save it with numpy.savez" if head == b"\x93NUMPY" else ""
-            raise DataError(f"{path}: not an NPZ file: expected PK at byte 0, got {head!r}{hint}")
+            raise DataError(path, f"not an NPZ file: expected PK at byte 0, got {head!r}{hint}")
         check_archive(stream, path)
         stream.seek(0)
         try:
@@ -226,25 +224,25 @@ def load_arrays(
                 arrays = {name: file[name] for name in file.files if only is None or name == only}
         except (*ZIP_ERRORS, ValueError, KeyError) as error:
             reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or damaged"
-            raise DataError(f"{path}: {reason}: {one_line(error)}") from error
+            raise DataError(path, f"{reason}: {one_line(error)}") from error
     if missing := [name for name in needed if name not in arrays]:
-        raise DataError(f"{path}: must hold {', '.join(needed)}, lacks {', '.join(missing)}")
+        raise DataError(path, f"must hold {', '.join(needed)}, lacks {', '.join(missing)}")
     return arrays
 
 
 def _describe(arrays: Arrays, path: Path) -> SignalDescription:
     found = decode(str(arrays[DESCRIPTION]), str(path))
     if found is None:
-        raise DataError(f"{path}: description is damaged")
+        raise DataError(path, "description is damaged")
     return found
 
 
 def _load_array(path: Path) -> NDArray[np.generic]:
     if path.stat().st_size == 0:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     try:  # mapped, so that a head that claims more than there is takes no memory
         loaded: NDArray[np.generic] = np.lib.format.open_memmap(path, mode="r")
     except Exception as error:  # numpy raises whatever a damaged head leads to
         reason = "holds pickled objects" if "object" in str(error).lower() else "truncated or not an NPY file"
-        raise DataError(f"{path}: {reason}: {one_line(error)}") from None
+        raise DataError(path, f"{reason}: {one_line(error)}") from None
     return loaded

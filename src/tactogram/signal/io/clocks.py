@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Remedy
 from tactogram.signal.io.content import RawTable
 from tactogram.signal.io.stamps import stamp_kind
 from tactogram.signal.io.vocabulary import Heading, heading, headings_of, time_unit_of, words_of
@@ -48,10 +48,10 @@ class Clock:
     note: str | None = None
 
 
-def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None]:
+def clocks_of(table: RawTable, headings: Sequence[Heading]) -> dict[int, str | None]:
     """Return the columns that may be time stamps, with the unit that heading or form states, None if neither does."""
     clocks: dict[int, str | None] = {}
-    for i, (each, column) in enumerate(zip(found, table.columns, strict=True)):
+    for i, (each, column) in enumerate(zip(headings, table.columns, strict=True)):
         if column.dtype == object:
             cells = [cell for cell in column[:50] if cell is not None]
             if kind := stamp_kind(cells):
@@ -60,10 +60,10 @@ def clocks_of(table: RawTable, found: Sequence[Heading]) -> dict[int, str | None
             column, 0.5 if table.named and not each.sensor.count(" ") else _MEASURED
         ):
             clocks[i] = time_unit_of(each)
-    values = [i for i, each in enumerate(found) if each.words == ["x", "value"]]
-    if not clocks and values and not any(each.words == ["y", "value"] for each in found):  # LabVIEW
+    values = [i for i, each in enumerate(headings) if each.words == ["x", "value"]]
+    if not clocks and values and not any(each.words == ["y", "value"] for each in headings):  # LabVIEW
         clocks |= {i: None for i in values if table.columns[i].dtype != object and _forward(table.columns[i])}
-    if not clocks and len(table.columns) > 1 and (table.numbered or not found[0].name):
+    if not clocks and len(table.columns) > 1 and (table.numbered or not headings[0].name):
         for i, column in enumerate(table.columns[:3]):
             steps = np.diff(column[np.isfinite(column)]) if column.dtype != object else np.array([])
             if len(steps) < 2 or float(np.mean(steps == 1)) > 0.9 or float(np.mean(steps == 0)) == 1:
@@ -79,16 +79,16 @@ def split_by_clocks(table: RawTable) -> list[RawTable]:
 
     Clocks that are alike, or are not alternately with their channels, leave it as it is.
     """
-    found = headings_of(table.headings, table.units)
-    clocks = [i for i in clocks_of(table, found) if table.columns[i].dtype != object]
-    named = {re.sub(r"\d+", "", found[i].name.lower()) for i in clocks}
-    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(found)]) < 2):
+    headings = headings_of(table.headings, table.units)
+    clocks = [i for i in clocks_of(table, headings) if table.columns[i].dtype != object]
+    named = {re.sub(r"\d+", "", headings[i].name.lower()) for i in clocks}
+    if len(clocks) < 2 or clocks[0] != 0 or len(named) > 1 or np.any(np.diff([*clocks, len(headings)]) < 2):
         return [table]
     first = table.columns[0]
     if all(np.array_equal(first, table.columns[i], equal_nan=True) for i in clocks[1:]):
         return [table]
     tables: dict[bytes, list[int]] = {}
-    for start, end in zip(clocks, [*clocks[1:], len(found)], strict=True):
+    for start, end in zip(clocks, [*clocks[1:], len(headings)], strict=True):
         places = tables.setdefault(table.columns[start].tobytes(), [start])
         places += range(start + 1, end)
     return [_columns_of(table, places) for places in tables.values()]
@@ -159,7 +159,7 @@ def forward(table: RawTable) -> RawTable:
 
 def choose_clock(
     table: RawTable,
-    found: Sequence[Heading],
+    headings: Sequence[Heading],
     clocks: Mapping[int, str | None],
     *,
     time: str | None,
@@ -169,18 +169,18 @@ def choose_clock(
     if table.description is not None:
         if len(table.headings) == len(table.description.axes):
             return None
-        return Clock(0, found[0].unit or "s", parse_seconds(found[0].unit or "s") or 1.0)
+        return Clock(0, headings[0].unit or "s", parse_seconds(headings[0].unit or "s") or 1.0)
     if time == NONE:
         return None
     if time is not None:
-        place, unit = _named(time, table, found)
-        unit = unit or clocks.get(place) or time_unit_of(found[place])
+        place, unit = _named(time, table, headings)
+        unit = unit or clocks.get(place) or time_unit_of(headings[place])
         if table.columns[place].dtype == object:
             kind = stamp_kind([cell for cell in table.columns[place][:50] if cell is not None])
             return Clock(place, kind or "date and time", None)
         return _with_unit(place, unit, table, rate)
     if not clocks:
-        _ask(table, found, rate)
+        _ask(table, headings, rate)
         return None
 
     def rank(place: int) -> tuple[bool, float, bool, bool, bool, int]:
@@ -191,16 +191,23 @@ def choose_clock(
         else:
             repeated = float(np.mean(np.diff(column) == 0)) > 0.05 if len(column) > 1 else False
         still = len({*map(str, column[:50])}) == 1
-        return still, float(repeated), dated, clocks[place] is None, "header" not in found[place].words, place
+        return (
+            still,
+            float(repeated),
+            dated,
+            clocks[place] is None,
+            "header" not in headings[place].words,
+            place,
+        )
 
     best = min(clocks, key=rank)
     if table.columns[best].dtype == object:
         return Clock(best, str(clocks[best]), None)
-    spelled = found[best].unit
+    spelled = headings[best].unit
     if clocks[best] is None and spelled and re.fullmatch(r"[a-zµ]{1,3}", spelled):
         raise DataError(
-            f"{table.path}: unit {spelled!r} of time column {table.headings[best]!r} is not known: say it, e.g. "
-            f"`time={found[best].name} [ms]`"
+            f"unit {spelled!r} of time column {table.headings[best]!r} is not known",
+            remedy=Remedy("say it, e.g.", "time", f"{headings[best].name} [ms]"),
         )
     return _with_unit(best, clocks[best], table, rate)
 
@@ -215,10 +222,8 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
     if typical == 0:
         if len(values) > 1:
-            raise DataError(
-                f"{table.path}: time column {name!r} must go forward, its stamps are all {values[0]:g}"
-            )
-        raise DataError(f"{table.path}: expected two rows of numbers or more, got {len(values)}")
+            raise DataError(f"time column {name!r} must go forward, its stamps are all {values[0]:g}")
+        raise DataError(f"expected two rows of numbers or more, got {len(values)}")
     size = float(np.abs(values).max(initial=0.0))
     for candidate, low, high, since in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
@@ -239,9 +244,11 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
         likely = [c for c in rates if 1 <= rates[c] <= 1e6]
         listed = ", ".join(f"{rates[c]:g} Hz in {c}" for c in likely)
         raise DataError(
-            f"{table.path}: time column {name!r} without unit goes in steps of {typical:g} ({listed}): say its unit, "
-            f"`time={name} [{likely[len(likely) // 2] if likely else 's'}]`, or the rate, e.g. `rate=100`, if it only "
-            "counts"
+            f"time column {name!r} without unit goes in steps of {typical:g} ({listed})",
+            remedy=(
+                Remedy("say its unit,", "time", f"{name} [{likely[len(likely) // 2] if likely else 's'}]"),
+                Remedy("if it only counts, the rate, e.g.", "rate", 100),
+            ),
         )
     unit = fitting[0]
     hertz = f"{1 / (typical * (parse_seconds(unit) or 1)):g} Hz"
@@ -251,11 +258,11 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     return Clock(place, unit, parse_seconds(unit), note)
 
 
-def _ask(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
+def _ask(table: RawTable, headings: Sequence[Heading], rate: float | None) -> None:
     """Raise a `DataError` if a column that is named as an axis looks like time stamps, and nothing else does."""
     if rate is not None or table.rate is not None or not table.named:
         return
-    for each, column in zip(found, table.columns, strict=True):
+    for each, column in zip(headings, table.columns, strict=True):
         if (
             each.is_clock
             and each.axis is None
@@ -264,32 +271,34 @@ def _ask(table: RawTable, found: Sequence[Heading], rate: float | None) -> None:
             and float(np.ptp(column)) == 0
         ):
             raise DataError(
-                f"{table.path}: time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}; give "
-                f"the "
-                "rate instead, e.g. `rate=1000`"
+                f"time stands still: all {len(column)} stamps in {each.text!r} are {column[0]:g}",
+                remedy=Remedy("give the rate instead, e.g.", "rate", 1000),
             )
-    for each, column in zip(found, table.columns, strict=True):
+    for each, column in zip(headings, table.columns, strict=True):
         if each.axis is None or each.quantity is not None or column.dtype == object or len(column) < 3:
             continue
         steps = np.diff(column)
         if (steps > 0).all() and float(np.ptp(steps)) <= 0.01 * abs(float(steps.mean())):
-            others = [other.name for other in found if other is not each]
+            others = [other.name for other in headings if other is not each]
             raise DataError(
-                f"{table.path}: column {each.name!r} goes in even steps: is it the time, `time={each.name} [s]`, or an "
-                f"axis, `axes={','.join([each.name, *others])}` with a rate?"
+                f"column {each.name!r} goes in even steps: is it the time or an axis?",
+                remedy=(
+                    Remedy("state the time,", "time", f"{each.name} [s]"),
+                    Remedy("with a rate the axes,", "axes", ",".join([each.name, *others])),
+                ),
             )
 
 
-def _named(time: str, table: RawTable, found: Sequence[Heading]) -> tuple[int, str | None]:
+def _named(time: str, table: RawTable, headings: Sequence[Heading]) -> tuple[int, str | None]:
     """Return the place of a column, and the unit stated behind its name."""
     name, unit = split_heading(time)
     for wanted, stated in ((time, None), (name, unit)):
-        for candidates in (table.headings, [each.name for each in found]):
+        for candidates in (table.headings, [each.name for each in headings]):
             if wanted in candidates:
                 return candidates.index(wanted), stated
-        if wanted.isdigit() and 1 <= int(wanted) <= len(found):
+        if wanted.isdigit() and 1 <= int(wanted) <= len(headings):
             return int(wanted) - 1, stated
-    raise DataError(f"{table.path}: no column {time!r}, there are {', '.join(table.headings)}")
+    raise DataError(f"no column {time!r}, there are {', '.join(table.headings)}")
 
 
 def ticks_evenly(values: NDArray[np.generic]) -> bool:

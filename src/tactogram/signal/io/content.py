@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from tactogram.errors import DataError, ParameterError, TactogramError, UnitError
+from tactogram.errors import DataError, ParameterError, Remedy, TactogramError, UnitError
 from tactogram.signal.signal import RATES, Domain, Signal, check_rate
 from tactogram.signal.timing import to_uniform
 from tactogram.signal.units import parse_seconds, parse_unit
@@ -69,7 +69,7 @@ def decode(text: str, where: str) -> SignalDescription | None:
         return None
     if facts["tactogram"] != VERSION:
         raise DataError(
-            f"{where}: description must be of version {VERSION}, got {facts['tactogram']!r}; update"
+            where, f"description must be of version {VERSION}, got {facts['tactogram']!r}; update"
         )
     try:
         scale = facts["full_scale"]
@@ -82,7 +82,7 @@ def decode(text: str, where: str) -> SignalDescription | None:
             metadata=dict(facts["metadata"]),
         )
     except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise DataError(f"{where}: description is damaged: {error!r}") from error
+        raise DataError(where, f"description is damaged: {error!r}") from error
 
 
 Column = NDArray[np.float64] | NDArray[np.object_]
@@ -225,13 +225,13 @@ class FileContent:
 def check(content: FileContent, path: Path) -> None:
     """Raise a `DataError` with the place if there are no samples, one is not finite (in float32), or time goes back."""
     if content.samples.size == 0:
-        raise DataError(f"{path}: no samples")
+        raise DataError(path, "no samples")
     with np.errstate(over="ignore", invalid="ignore"):
         bad = np.argwhere(~np.isfinite(content.samples.astype(np.float32, copy=False)).T)
     if len(bad):
         sample, axis = (int(i) for i in bad[0])
         value = content.samples[axis, sample]
-        raise DataError(f"{path}: {content.place(axis, sample)}: expected a finite number, got {value:g}")
+        raise DataError(path, f"{content.place(axis, sample)}: expected a finite number, got {value:g}")
     if content.times is None:
         return
     back = np.flatnonzero(np.diff(content.times) < 0)
@@ -239,7 +239,7 @@ def check(content: FileContent, path: Path) -> None:
         i = int(back[0])
         before, after = content.times[i : i + 2]
         raise DataError(
-            f"{path}: {content.place(-1, i + 1)}: time goes backwards, {after:.9g} s after {before:.9g} s"
+            path, f"{content.place(-1, i + 1)}: time goes backwards, {after:.9g} s after {before:.9g} s"
         )
 
 
@@ -257,7 +257,7 @@ def assemble(
         known = _rate(content, rate)
         return Signal(samples.astype(np.float32, copy=False), known, unit, names, domain)
     except TactogramError as error:
-        raise DataError(f"{path}: {error}") from error
+        raise DataError(path, error) from error
 
 
 def default_axes(count: int) -> tuple[str, ...]:
@@ -278,8 +278,9 @@ def _axes(
         return content.samples[[named.index(name) for name in axes]], axes
     if len(axes) != count:
         raise DataError(
-            f"{path}: expected {_counted(len(axes), 'axis', 'axes')} ({', '.join(axes)}), "
-            f"got {count} ({', '.join(named)}); name all of them, or choose among these"
+            path,
+            f"expected {_counted(len(axes), 'axis', 'axes')} ({', '.join(axes)}), "
+            f"got {count} ({', '.join(named)}); name all of them, or choose among these",
         )
     return content.samples, axes
 
@@ -293,21 +294,25 @@ def _unit(
     if content.unit is None:
         return samples if factor == 1 else samples.astype(np.float64) * factor, asked
     if asked != content.unit:
-        raise DataError(f"{path}: the file is in {content.unit}, expected {unit}; omit `unit`")
+        raise DataError(
+            path, f"the file is in {content.unit}, expected {unit}", remedy=Remedy("omit", "unit")
+        )
     return samples, asked
 
 
 def _rate(content: FileContent, rate: float | None) -> float:
-    known = content.rate
+    known, rate = content.rate, rate if rate is None else check_rate(rate)
     if known is None:
         if rate is None:
-            raise DataError("no time column and no rate in the file; give the rate in Hz, e.g. `rate=1000`")
+            remedy = Remedy("give the rate in Hz, e.g.", "rate", 1000)
+            raise DataError("no time column and no rate in the file", remedy=remedy)
         return rate
     check_rate(known)
     # A header of whole Hz does not contradict the fractional rate that it was rounded from.
     exact = content.description is not None
     if rate is not None and (rate != known if exact else abs(rate - known) >= 1):
-        raise DataError(f"the file is at {known:g} Hz, expected {rate:g}; omit `rate`, then resample")
+        remedy = Remedy("resample afterwards, here omit", "rate")
+        raise DataError(f"the file is at {known:g} Hz, expected {rate:g}", remedy=remedy)
     return known if rate is None else rate
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, Message, ParameterError, TactogramError, remedies_of
 from tactogram.signal.io import arrays, hdf5, labview, matlab, records, sound, table, worksheet
 from tactogram.signal.io.archives import unpacked
 from tactogram.signal.io.atomic import atomic_write
@@ -31,6 +31,7 @@ from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
 from tactogram.signal.signal import Signal, signal_of
 from tactogram.signal.timing import SamplingTiming, estimate_timing
+from tactogram.text_files import path_of
 
 LOG = logging.getLogger("tactogram")
 SOUND = (
@@ -147,7 +148,7 @@ def read_file(
     try:
         first, *others = only_part(contents, part)
     except DataError as error:
-        raise DataError(f"{path}: {error}") from None
+        raise DataError(path, error) from None
     file = complete(first, path, unit=unit, axes=axes, rate=rate)
     streams: dict[str, Signal] = {}
     notes = [*file.notes]
@@ -155,7 +156,7 @@ def read_file(
         try:
             other = complete(content, path, rate=rate)
         except TactogramError as error:
-            notes.append(f"{content.stream} left out: {str(error).removeprefix(f'{path}: ')}")
+            notes.append(Message(error.message.within(path), place=f"{content.stream} left out"))
             continue
         if other.stream in (file.stream, *streams):
             left = ", ".join(use.heading for use in content.uses if use.role in content.axes)
@@ -195,7 +196,11 @@ def complete(
     signal = assemble(content, Path(path), unit=unit, axes=None if content.chosen else axes, rate=rate)
     metadata = _metadata(content.description or content.comment)
     stream = content.stream if content.stream else STREAM_OF_UNIT[signal.unit]
-    notes = tuple(note for note in content.notes if unit is None or not note.startswith("no unit stated"))
+    notes = tuple(
+        note
+        for note in content.notes
+        if unit is None or not any(r.parameter == "unit" for r in remedies_of(note))
+    )
     uses = _uses(content, signal.axes)
     return SignalFile(signal, metadata, content.times, uses, content.layout, stream, notes=notes)
 
@@ -225,7 +230,7 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
     """Return the tables in a file that is no sound, by the module of its format, which is imported when one is met."""
     if suffix in TEXTS:
         if path.stat().st_size > MOST_TEXT_BYTES:
-            raise DataError(f"{path}: must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
+            raise DataError(path, f"must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
         return [table.table(path, path.read_bytes())]
     if suffix in PACKED:
         return [table.table(Path(name), raw) for name, raw in unpacked(path).items()]
@@ -328,7 +333,7 @@ def write_signal(
     ...     tactogram.read_signal(f"{folder}/tick.wav")
     <Signal: z in m/s^2, 0.004 s at 1000 Hz>
     """
-    path, signal = Path(path), signal_of(signal)
+    path, signal = path_of(path, "path"), signal_of(signal)
     suffix = _suffix(path, WRITABLE)
     if suffix not in SOUND and (subtype is not None or full_scale is not None):
         raise ParameterError(f"subtype and full_scale are for .wav and .flac, got {suffix}")
@@ -365,9 +370,9 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
 
 
 def _existing(path: str | Path) -> Path:
-    path = Path(path)
+    path = path_of(path, "path")
     if not path.is_file():
-        raise DataError(f"{path}: {'is a folder' if path.is_dir() else 'no such file'}")
+        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
     return path
 
 

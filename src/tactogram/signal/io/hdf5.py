@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, one_line
+from tactogram.errors import DataError
 from tactogram.extras import imported
-from tactogram.signal.io.archives import UnpackedSizeError, check_size
+from tactogram.signal.io.archives import check_size, decoding
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.content import RawTable
 
@@ -27,40 +27,34 @@ def tables(path: Path) -> list[RawTable]:
     Attributes of a dataset, of its groups and of the file state rate and units. Links to other files are not followed,
     and references, which MATLAB writes for its cells, not read.
     """
-    if path.stat().st_size == 0:
-        raise DataError(f"{path}: empty file")
     h5py = imported("h5py", extra="formats", what="HDF5 files, and MAT files of version 7.3")
     found: dict[str, Any] = {}
     arrays: dict[str, NDArray[Any]] = {}
     units: dict[str, str | None] = {}
-    try:
-        with h5py.File(path, "r") as file:
-            file.visititems(found.__setitem__)
-            data = {name: item for name, item in found.items() if _is_read(name, item, h5py)}
-            check_size(sum(item.nbytes for item in data.values()), path)
-            for name, item in {"": file, **found}.items():
-                stated = {key: np.asarray(value) for key, value in item.attrs.items()}
-                numbers = {k: v for k, v in stated.items() if v.size == 1 and v.dtype.kind in "fiu"}
-                arrays |= {f"{name}/{key}".lstrip("/"): value for key, value in numbers.items()}
-            for name, item in data.items():
-                attributes = {key.lower(): value for key, value in item.attrs.items()}
-                text = h5py.check_string_dtype(item.dtype) is not None
-                values = np.asarray(item.asstr()[()] if text and item.ndim else item[()])
-                transposed = "MATLAB_class" in item.attrs and values.ndim == 2
-                parts = _parts(name, values.T if transposed else values, attributes)
-                spelled = _words(attributes, UNITS)
-                spelled = spelled * len(parts) if len(spelled) == 1 else spelled
-                arrays |= parts
-                units |= dict(zip(parts, spelled, strict=True)) if len(spelled) == len(parts) else {}
-    except UnpackedSizeError:
-        raise
-    except Exception as error:  # h5py raises whatever a damaged file leads to
-        raise DataError(f"{path}: truncated or not an HDF5 file: {one_line(error)}") from None
+    with decoding(path, "truncated or not an HDF5 file"), h5py.File(path, "r") as file:
+        file.visititems(found.__setitem__)
+        data = {name: item for name, item in found.items() if _is_read(name, item, h5py)}
+        check_size(sum(item.nbytes for item in data.values()), path)
+        for name, item in {"": file, **found}.items():
+            stated = {key: np.asarray(value) for key, value in item.attrs.items()}
+            numbers = {k: v for k, v in stated.items() if v.size == 1 and v.dtype.kind in "fiu"}
+            arrays |= {f"{name}/{key}".lstrip("/"): value for key, value in numbers.items()}
+        for name, item in data.items():
+            attributes = {key.lower(): value for key, value in item.attrs.items()}
+            text = h5py.check_string_dtype(item.dtype) is not None
+            values = np.asarray(item.asstr()[()] if text and item.ndim else item[()])
+            transposed = "MATLAB_class" in item.attrs and values.ndim == 2
+            parts = _parts(name, values.T if transposed else values, attributes)
+            spelled = _words(attributes, UNITS)
+            spelled = spelled * len(parts) if len(spelled) == 1 else spelled
+            arrays |= parts
+            units |= dict(zip(parts, spelled, strict=True)) if len(spelled) == len(parts) else {}
     if not any(
         values.dtype.names or (values.dtype.kind in "fiub" and values.size > 1) for values in arrays.values()
     ):
         raise DataError(
-            f"{path}: no numbers; MATLAB's tables and cells are objects that it alone reads: save them as variables"
+            path,
+            "no numbers; MATLAB's tables and cells are objects that it alone reads: save them as variables",
         )
     return array_tables(path, arrays, units=units)
 

@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import DataError, UnitError, one_line
+from tactogram.errors import DataError, UnitError
 from tactogram.extras import imported
 from tactogram.signal.io import table
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.arrays import array_columns
 from tactogram.signal.io.content import RawTable
 from tactogram.signal.units import parse_unit
@@ -36,18 +37,18 @@ def lvm_tables(path: Path) -> list[RawTable]:
     """
     raw = path.read_bytes()
     if not raw:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     lines = detected_text(raw, path)[0].removeprefix("\ufeff").splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         raise DataError(
-            f"{path}: not an LVM file: must begin with 'LabVIEW Measurement', got {lines[0][:40]!r}"
+            path, f"not an LVM file: must begin with 'LabVIEW Measurement', got {lines[0][:40]!r}"
         )
     named = next((line[9:] for line in lines[:30] if line.startswith("Separator")), "\tTab")
     separator = _SEPARATORS.get(named.strip(" \t,;").lower(), named[:1])
     ends = [number for number, line in enumerate(lines) if line.startswith(END)]
     starts = [number for number, line in enumerate(lines) if line.startswith(f"Channels{separator}")]
     if not starts or len(ends) < 2:
-        raise DataError(f"{path}: has no channels")
+        raise DataError(path, "has no channels")
     facts = _facts(lines[: starts[0]], separator)
     comma = facts.get("Decimal_Separator", [""])[0] == "," and separator != ","
     timed = facts.get("X_Columns", ["One"])[0] != "No"
@@ -55,7 +56,7 @@ def lvm_tables(path: Path) -> list[RawTable]:
     for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
         end = next((number for number in ends if start < number < stop - 1), None)
         if end is None:
-            raise DataError(f"{path}: row {start + 1}: no rows below this header")
+            raise DataError(f"{path}: row {start + 1}", "no rows below this header")
         rows = [line.replace(",", ".") if comma else line for line in lines[end + 1 : stop]]
         cells = [[cell.strip() for cell in line.split(separator)] for line in rows]
         found += _measurement(path, cells, end + 1, _facts(lines[start:end], separator), timed=timed)
@@ -97,7 +98,7 @@ def _measurement(
         heads = [f"{X} [s]" if i in times else _headed(names[i], units[i]) for i in kept]
         rows = [[row[i] if i < len(row) else "" for i in kept] for row in cells[1:]]
         if not any(map(any, rows)):
-            raise DataError(f"{path}: no rows below the heading")
+            raise DataError(path, "no rows below the heading")
         text = "\n".join(
             ["\n" * (above - 1), *("\t".join(row) if any(row) else "" for row in [heads, *rows]), ""]
         )
@@ -149,20 +150,19 @@ def tdms_tables(path: Path) -> list[RawTable]:
     nptdms = imported("nptdms", extra="formats", what="TDMS files")
     logging.getLogger("nptdms").setLevel(logging.CRITICAL)  # what it warns of is noted below
     size = path.stat().st_size
-    if not size:
-        raise DataError(f"{path}: empty file")
-    try:
-        with path.open("rb") as stream, nptdms.TdmsFile.open(stream) as file:
-            channels = [channel for group in file.groups() for channel in group.channels()]
-            claimed = sum(map(len, channels))
-            cut = file.file_status.incomplete_final_segment
-            read = [
-                (each.group_name, each.properties, each.name, each[:]) for each in channels if claimed <= size
-            ]
-    except Exception as error:  # it raises whatever a damaged file leads to
-        raise DataError(f"{path}: truncated or not a TDMS file: {one_line(error)}") from None
+    with (
+        decoding(path, "truncated or not a TDMS file"),
+        path.open("rb") as stream,
+        nptdms.TdmsFile.open(stream) as file,
+    ):
+        channels = [channel for group in file.groups() for channel in group.channels()]
+        claimed = sum(map(len, channels))
+        cut = file.file_status.incomplete_final_segment
+        read = [
+            (each.group_name, each.properties, each.name, each[:]) for each in channels if claimed <= size
+        ]
     if claimed > size:
-        raise DataError(f"{path}: damaged: claims {claimed} samples in {size} bytes")
+        raise DataError(path, f"damaged: claims {claimed} samples in {size} bytes")
     names = Counter(name for _, _, name, _ in read)
     if cut:  # channels of the last segment end alike
         whole = {key: min(len(v) for g, f, _, v in read if (g, f.get("wf_increment")) == key) for key in
@@ -186,6 +186,6 @@ def tdms_tables(path: Path) -> list[RawTable]:
                 units=(*last.units, unit),
             )
     if not any(map(len, tables.values())):
-        raise DataError(f"{path}: no samples")
+        raise DataError(path, "no samples")
     notes = ("last segment is cut off: what is there is read",) if cut else ()
     return [replace(each, rate_name="wf_increment", notes=notes) for each in tables.values() if len(each)]

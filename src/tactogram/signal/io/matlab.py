@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, one_line
 from tactogram.signal.io import hdf5
-from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError
+from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError, decoding
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.content import RawTable
 
@@ -30,14 +30,15 @@ def tables(path: Path) -> list[RawTable]:
         file.seek(512)
         second = file.read(8)
     if not head:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     if head.startswith((b"MATLAB 7.3", hdf5.MAGIC)) or second == hdf5.MAGIC:
         return hdf5.tables(path)
     arrays = dict(_arrays(_loaded(path)))
     if not any(values.size > 1 for values in arrays.values()):
         raise DataError(
-            f"{path}: no numeric variable; tables and timetables are objects that only MATLAB reads: save their "
-            "columns as variables"
+            path,
+            "no numeric variable; tables and timetables are objects that only MATLAB reads: save their "
+            "columns as variables",
         )
     return array_tables(path, arrays)
 
@@ -47,10 +48,8 @@ def _loaded(path: Path) -> Mapping[str, Any]:
 
     with path.open("rb") as file:
         check_unpacked(file, path)
-    try:
+    with decoding(path, "truncated or not a MAT file"):
         content = loadmat(path, simplify_cells=True, verify_compressed_data_integrity=True)
-    except Exception as error:  # scipy raises whatever a damaged file leads to
-        raise DataError(f"{path}: truncated or not a MAT file: {one_line(error)}") from None
     return {name: value for name, value in content.items() if not name.startswith("__")}
 
 
@@ -73,10 +72,10 @@ def check_unpacked(file: BinaryIO, where: Path | str, *, most_bytes: int | None 
             file.seek(0 if kind == _COMPRESSED else count, 1)
             total += int(np.frombuffer(inner, order)[1])
     except (zlib.error, IndexError, ValueError) as error:
-        raise DataError(f"{where}: truncated or not a MAT file: {one_line(error)}") from None
+        raise DataError(where, f"truncated or not a MAT file: {one_line(error)}") from None
     if total > most:
         raise UnpackedSizeError(
-            f"{where}: must unpack to at most {most // MIB} MiB, got {total / MIB:.0f} MiB; cut it"
+            where, f"must unpack to at most {most // MIB} MiB, got {total / MIB:.0f} MiB; cut it"
         )
 
 

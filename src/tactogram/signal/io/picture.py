@@ -16,8 +16,7 @@ from __future__ import annotations
 import io
 import json
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow, ImageOps, PngImagePlugin, UnidentifiedImageError
 
-from tactogram.errors import DataError, ParameterError, one_line
+from tactogram.errors import DataError, ParameterError
 from tactogram.extras import imported
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
 
@@ -37,6 +37,7 @@ HEIF_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 MOST_PIXELS = 2**26
 """8192 x 8192, 192 MiB unpacked: more than any camera's texture photo, far less than a decompression bomb."""
 EXIF_ORIENTATION = 0x0112
+NOT_READABLE = "not a readable picture"
 METADATA = "tactogram"
 """Key of the PNG text with an image's metadata as JSON."""
 
@@ -78,7 +79,7 @@ def decode_image_metadata(data: bytes, *, name: str) -> dict[str, Any]:
     try:
         found = json.loads(text)
     except ValueError as error:
-        raise DataError(f"{name}: its {METADATA!r} text is not JSON: {error}") from error
+        raise DataError(name, f"its {METADATA!r} text is not JSON: {error}") from error
     return dict(found)
 
 
@@ -90,7 +91,7 @@ def decode_image(
         raise ParameterError("give mm_per_pixel or width_mm, got both")
     if width_mm is not None and not 0 < width_mm < np.inf:
         raise ParameterError.must("width_mm", "be > 0", width_mm)
-    with _decoding(name), _opened(data, name) as picture:
+    with decoding(name, NOT_READABLE), _opened(data, name) as picture:
         pixels = _pixels(ImageOps.exif_transpose(picture), name)
     if width_mm is not None:
         mm_per_pixel = width_mm / pixels.shape[1]
@@ -99,7 +100,7 @@ def decode_image(
 
 def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
     """Return rows and columns of the upright picture in ``data``; a JPEG is not unpacked for it."""
-    with _decoding(name), _opened(data, name) as picture:
+    with decoding(name, NOT_READABLE), _opened(data, name) as picture:
         columns, rows = picture.size
         turned = picture.getexif().get(EXIF_ORIENTATION, 1) in (5, 6, 7, 8)
     return (columns, rows) if turned else (rows, columns)
@@ -110,9 +111,9 @@ def picture_bytes(path: Path | str) -> bytes:
     try:
         data = Path(path).read_bytes()
     except OSError as error:
-        raise DataError(f"{path}: not readable: {error.strerror}") from error
+        raise DataError(path, f"not readable: {error.strerror}") from error
     if not data:
-        raise DataError(f"{path}: not a readable picture: empty file")
+        raise DataError(path, f"{NOT_READABLE}: empty file")
     return data
 
 
@@ -124,37 +125,27 @@ def is_plain(data: bytes, *, name: str) -> bool:
     return known and not turned and "transparency" not in picture.info
 
 
-@contextmanager
-def _decoding(name: str) -> Iterator[None]:
-    try:
-        yield
-    except DataError:
-        raise
-    except Exception as error:  # decoders raise anything for a damaged file
-        raise DataError(f"{name}: not a readable picture: {one_line(error)}") from error
-
-
 def _opened(data: bytes, name: str) -> Pillow.Image:
     """Return the picture, of which only the header has been read, if its size is allowed."""
     formats: tuple[str, ...] = PICTURE_FORMATS[:-1]
     if data[4:8] == b"ftyp" and data[8:12] in HEIF_BRANDS:
         imported("pillow_heif", extra="formats", what=f"{name} (HEIC)").register_heif_opener()
         formats = PICTURE_FORMATS[-1:]
-    with _decoding(name), warnings.catch_warnings():
+    with decoding(name, NOT_READABLE), warnings.catch_warnings():
         # Pillow warns of large pictures, which `MOST_PIXELS` refuses.
         warnings.simplefilter("ignore", Pillow.DecompressionBombWarning)
         try:
             picture = Pillow.open(io.BytesIO(data), formats=formats)
         except UnidentifiedImageError as error:
             raise DataError(
-                f"{name}: not a readable picture: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
+                name, f"{NOT_READABLE}: expected one of {', '.join(PICTURE_FORMATS)}; save it as PNG or JPEG"
             ) from error
         except Pillow.DecompressionBombError as error:
-            raise DataError(f"{name}: {_too_large()}") from error
+            raise DataError(name, _too_large()) from error
     columns, rows = picture.size
     if rows * columns > MOST_PIXELS:
         picture.close()
-        raise DataError(f"{name}: {_too_large()}, got {columns} x {rows}")
+        raise DataError(name, f"{_too_large()}, got {columns} x {rows}")
     return picture
 
 
@@ -165,13 +156,14 @@ def _pixels(picture: Pillow.Image, name: str) -> NDArray[np.uint8]:
         values = np.asarray(picture).astype(np.int64)
         if values.min() < 0 or values.max() > 0xFFFF:
             raise DataError(
-                f"{name}: pixels must have at most 16 bits, got {values.min()} to {values.max()}; save it as PNG"
+                name,
+                f"pixels must have at most 16 bits, got {values.min()} to {values.max()}; save it as PNG",
             )
         # 65535 / 257 is 255. Pillow's own conversion would clip at 255 instead.
         grey = ((values + 128) // 257).astype(np.uint8)
         return np.repeat(grey[..., None], 3, axis=2)
     if mode == "F":
-        raise DataError(f"{name}: floating-point pixels have no agreed white; save it with 8 or 16 bits")
+        raise DataError(name, "floating-point pixels have no agreed white; save it with 8 or 16 bits")
     if mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info:
         picture = picture.convert("RGBA")
         page = Pillow.new("RGBA", picture.size, (255, 255, 255, 255))

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import DataError, one_line
-from tactogram.signal.io.archives import UnpackedSizeError, check_size
+from tactogram.errors import DataError
+from tactogram.signal.io.archives import check_size, decoding
 from tactogram.signal.io.arrays import array_tables
 from tactogram.signal.io.content import Column, RawTable
 from tactogram.signal.io.table_columns import converted
@@ -17,11 +17,10 @@ from tactogram.text_files import detected_text, parse_json
 
 def tables(path: Path) -> list[RawTable]:
     """Return the table in a Parquet, Feather or Arrow file, with the units in the metadata of its fields."""
-    import pyarrow as pa
     import pyarrow.feather as feather
     import pyarrow.parquet as parquet
 
-    try:
+    with decoding(path, "truncated or not a table"):
         if path.suffix.lower() == ".parquet":
             meta = parquet.read_metadata(path)
             size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
@@ -34,10 +33,6 @@ def tables(path: Path) -> list[RawTable]:
         names = tuple(found.column_names)
         units = tuple(_unit(field.metadata or {}) for field in found.schema)
         columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
-    except UnpackedSizeError:
-        raise
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise DataError(f"{path}: truncated or not a table: {one_line(error)}") from None
     return [RawTable(path, names, columns, units=units if any(units) else ())]
 
 
@@ -46,7 +41,7 @@ def json_tables(path: Path) -> list[RawTable]:
     text, _ = detected_text(path.read_bytes(), path)
     lines = [line for line in text.splitlines() if line.strip()]
     if not lines:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     if len(lines) > 1 and all(line.strip().endswith("}") for line in lines[:20]):
         content: Any = parse_json(f"[{','.join(lines)}]", path)
     else:
@@ -57,7 +52,7 @@ def json_tables(path: Path) -> list[RawTable]:
         }
         return array_tables(path, {name: each for name, each in lists.items() if each.dtype.kind in "fiub"})
     if not isinstance(content, list) or not all(isinstance(row, dict) for row in content):
-        raise DataError(f"{path}: must hold objects of names and numbers, one per sample")
+        raise DataError(path, "must hold objects of names and numbers, one per sample")
     rows = [_flat(row) for row in content]
     names = list(dict.fromkeys(name for row in rows for name in row))
     return [RawTable(path, tuple(names), tuple(converted([row.get(name) for row in rows]) for name in names))]

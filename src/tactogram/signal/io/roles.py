@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Remedy
 from tactogram.signal.io.clocks import choose_clock, clocks_of, ticks_evenly
 from tactogram.signal.io.content import IGNORED, RATE, TIME, ColumnUse, RawTable, TableLayout, default_axes
 from tactogram.signal.io.labels import label_columns
@@ -71,15 +71,15 @@ def roles_of(
     signal; else headings, units and values decide. ``time`` names the time stamps (``none`` for none), with their
     unit if need be: ``ticks [us]``. Columns of labels are found if ``labelled``.
     """
-    found = headings_of(table.headings, table.units)
+    headings = headings_of(table.headings, table.units)
     alike = layouts_of(table, layouts) if table.description is None else []
     by_layout = [layout for layout in alike if layout.axes]
-    clocks = clocks_of(table, found)
+    clocks = clocks_of(table, headings)
     stated = alike[0] if alike else None
     if stated is not None and (stated.axes or stated.time):
         time = stated.time and f"{stated.time} [{stated.time_unit}]" if stated.time_unit else stated.time
         time = time or "none"
-    clock = choose_clock(table, found, clocks, time=time, rate=rate)
+    clock = choose_clock(table, headings, clocks, time=time, rate=rate)
     at = None if clock is None else clock.place
     labels: dict[str, int] = {}
     if labelled and table.description is None:
@@ -93,19 +93,19 @@ def roles_of(
     others = {i: "clock" for i in clocks if i != at} | dict.fromkeys(labels.values(), "label")
     notes = [] if clock is None or clock.note is None else [clock.note]
     if by_layout:
-        streams = tuple(_of_layout(layout, table, found) for layout in by_layout)
-        reasons = {i: _no_signal(found[i], table.columns[i], table, i) for i in range(len(found))}
+        streams = tuple(_of_layout(layout, table, headings) for layout in by_layout)
+        reasons = {i: _no_signal(headings[i], table.columns[i], table, i) for i in range(len(headings))}
         others = {i: what for i, what in reasons.items() if what} | others
     elif table.description is not None:
         streams = (_described(table, at),)
     else:
         known = [
-            name for name in axes or () if name in table.groups or _place(name, table, found) is not None
+            name for name in axes or () if name in table.groups or _place(name, table, headings) is not None
         ]
-        streams = (_chosen(axes, table, found),) if axes and known else _found(table, found, at, others)
-    uses = _uses(table, found, streams, at, clock.unit if clock else None, others, labels)
+        streams = (_chosen(axes, table, headings),) if axes and known else _found(table, headings, at, others)
+    uses = _uses(table, headings, streams, at, clock.unit if clock else None, others, labels)
     if not by_layout and table.description is None:
-        notes += _left_out(uses, found)
+        notes += _left_out(uses, headings)
     return TableRoles(streams, at, clock.seconds if clock else None, uses, labels, tuple(notes))
 
 
@@ -129,9 +129,9 @@ def axis_letters(headings: Sequence[Heading]) -> tuple[str, ...] | None:
     return letters if len(set(letters)) == len(letters) == len(headings) else None
 
 
-def _of_layout(layout: TableLayout, table: RawTable, found: Sequence[Heading]) -> StreamColumns:
+def _of_layout(layout: TableLayout, table: RawTable, headings: Sequence[Heading]) -> StreamColumns:
     places = [table.headings.index(text) for text in layout.axes.values()]
-    parts = [replace(found[i], unit=layout.unit) if layout.unit else found[i] for i in places]
+    parts = [replace(headings[i], unit=layout.unit) if layout.unit else headings[i] for i in places]
     stream = _converted(layout.stream or "", places, [*layout.axes], parts, table)
     return replace(stream, layout=layout)
 
@@ -144,77 +144,82 @@ def _described(table: RawTable, at: int | None) -> StreamColumns:
     names = tuple(split_heading(table.headings[i])[0] for i in places)
     if names != description.axes:
         raise DataError(
-            f"{table.path}: described with axes {', '.join(description.axes)}, its columns are {', '.join(names)}; "
+            f"described with axes {', '.join(description.axes)}, its columns are {', '.join(names)}; "
             "remove the description"
         )
     return StreamColumns("", tuple(places), names, description.unit, (1.0,) * len(places))
 
 
-def _chosen(names: Sequence[str], table: RawTable, found: Sequence[Heading]) -> StreamColumns:
+def _chosen(names: Sequence[str], table: RawTable, headings: Sequence[Heading]) -> StreamColumns:
     places = []
     for name in names:
         if name in table.groups and name not in table.headings:
             places += [i for i, group in enumerate(table.groups) if group == name]
             continue
-        place = _place(name, table, found)
+        place = _place(name, table, headings)
         if place is None:
-            raise DataError(f"{table.path}: no column {name!r}, there are {', '.join(table.headings)}")
+            raise DataError(f"no column {name!r}, there are {', '.join(table.headings)}")
         places.append(place)
     if len(set(places)) < len(places):
-        raise DataError(f"{table.path}: columns must be different, got {', '.join(names)}")
-    parts = [found[i] for i in places]
+        raise DataError(f"columns must be different, got {', '.join(names)}")
+    parts = [headings[i] for i in places]
     whole = len(names) == 1 < len(places)  # a matrix
-    names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, found))
+    names = axis_letters(parts) or (default_axes(len(places)) if whole else _names(places, table, headings))
     if len(set(names)) < len(names):
         names = [str(i + 1) for i in places]
     return replace(_converted(_stream_of(parts), places, names, parts, table), chosen=True)
 
 
-def _place(name: str, table: RawTable, found: Sequence[Heading]) -> int | None:
-    for candidates in (table.headings, [each.name for each in found]):
+def _place(name: str, table: RawTable, headings: Sequence[Heading]) -> int | None:
+    for candidates in (table.headings, [each.name for each in headings]):
         if name in candidates:
             return candidates.index(name)
-    if name.isdigit() and 1 <= int(name) <= len(found):
+    if name.isdigit() and 1 <= int(name) <= len(headings):
         return int(name) - 1
-    letters = [i for i, each in enumerate(found) if each.axis == name]
+    letters = [i for i, each in enumerate(headings) if each.axis == name]
     return letters[0] if len(letters) == 1 else None
 
 
 def _found(
-    table: RawTable, found: Sequence[Heading], at: int | None, others: dict[int, str]
+    table: RawTable, headings: Sequence[Heading], at: int | None, others: dict[int, str]
 ) -> tuple[StreamColumns, ...]:
     """Return the streams in a table, that of the signal first; ``others`` gets what the other columns are."""
-    for i, (each, column) in enumerate(zip(found, table.columns, strict=True)):
+    for i, (each, column) in enumerate(zip(headings, table.columns, strict=True)):
         if i != at and i not in others and (what := _no_signal(each, column, table, i)):
             others[i] = what
-    places = [i for i in range(len(found)) if i != at and i not in others]
-    for spare in ("magnitude", "in "):
+    places = [i for i in range(len(headings)) if i != at and i not in others]
+    for spare in (lambda each: "magnitude", lambda each: f"in {each.unit}"):
         if not places:
-            places = [i for i, what in others.items() if what.startswith(spare)]
+            places = [i for i, what in others.items() if what == spare(headings[i])]
             for i in places:
                 del others[i]
     if not table.named and not table.groups and len(places) > MOST_UNNAMED:
         listed = ",".join(table.headings[i] for i in places[:3])
         raise DataError(
-            f"{table.path}: {len(places)} columns of numbers without headings ({table.headings[places[0]]} to "
-            f"{table.headings[places[-1]]}): which are axes of one signal? choose, e.g. `axes={listed}`"
+            f"{len(places)} columns of numbers without headings ({table.headings[places[0]]} to "
+            f"{table.headings[places[-1]]}): which are axes of one signal?",
+            remedy=Remedy("choose, e.g.", "axes", listed),
         )
     if not places:
         raise DataError(
-            f"{table.path}: no column of samples besides the time, got {', '.join(table.headings)}; choose them: "
-            f"`axes={','.join([name for i, name in enumerate(table.headings) if i != at][:3])}`"
+            f"no column of samples besides the time, got {', '.join(table.headings)}",
+            remedy=Remedy(
+                "choose them:",
+                "axes",
+                ",".join([name for i, name in enumerate(table.headings) if i != at][:3]),
+            ),
         )
     groups: dict[str, list[int]] = {}
     for i in places:
-        groups.setdefault(_stream_of([found[i]]), []).append(i)
+        groups.setdefault(_stream_of([headings[i]]), []).append(i)
     if "acceleration" not in groups and "linear_acceleration" in groups:
         groups = {
             "acceleration" if name == "linear_acceleration" else name: each for name, each in groups.items()
         }
     if "" in groups and len(groups) == 1 and (named := heading(table.path.stem).quantity):
         groups = {named: groups[""]}
-    units = {name: found[each[0]].converted()[0] for name, each in groups.items()}
-    lettered = {name: any(found[i].axis for i in each) for name, each in groups.items()}
+    units = {name: headings[each[0]].converted()[0] for name, each in groups.items()}
+    lettered = {name: any(headings[i].axis for i in each) for name, each in groups.items()}
 
     def rank(name: str) -> tuple[bool, int]:
         later = (
@@ -225,7 +230,7 @@ def _found(
         return later, rank_of(name)
 
     first = min(groups, key=rank)
-    streams = [_axes_of(first, groups[first], table, found, others)]
+    streams = [_axes_of(first, groups[first], table, headings, others)]
     for name in sorted(groups, key=rank):
         if name == first:
             continue
@@ -236,7 +241,7 @@ def _found(
         elif name in ("torque",):
             others |= dict.fromkeys(groups[name], "torque")
         else:
-            streams.append(_axes_of(name, groups[name], table, found, others, ask=False))
+            streams.append(_axes_of(name, groups[name], table, headings, others, ask=False))
     return tuple(streams)
 
 
@@ -287,7 +292,7 @@ def _axes_of(
     name: str,
     places: Sequence[int],
     table: RawTable,
-    found: Sequence[Heading],
+    headings: Sequence[Heading],
     others: dict[int, str],
     *,
     ask: bool = True,
@@ -295,9 +300,9 @@ def _axes_of(
     """Return the axes of a stream: those of the only sensor with axes, else all of its columns under their names."""
     sensors: dict[str, list[int]] = {}
     for i in places:
-        if found[i].axis:
-            sensors.setdefault(found[i].sensor, []).append(i)
-    stated = {name: each for name, each in sensors.items() if found[each[0]].unit is not None}
+        if headings[i].axis:
+            sensors.setdefault(headings[i].sensor, []).append(i)
+    stated = {name: each for name, each in sensors.items() if headings[each[0]].unit is not None}
     if len(sensors) > 1 and len(stated) == 1:
         others |= {
             i: "without unit, beside those with one"
@@ -307,37 +312,40 @@ def _axes_of(
         }
         sensors = stated
         places = [i for i in places if i not in others]
-    if len(sensors) > 1 and ask and not _one_set(sensors, found):
+    if len(sensors) > 1 and ask and not _one_set(sensors, headings):
         listed = " or ".join(", ".join(table.headings[i] for i in each) for each in [*sensors.values()][:4])
-        first = ",".join(found[i].name for i in next(iter(sensors.values())))
+        first = ",".join(headings[i].name for i in next(iter(sensors.values())))
         raise DataError(
-            f"{table.path}: which {name.replace('_', ' ') or 'columns'}: {listed}? choose, e.g. `axes={first}`"
+            f"which {name.replace('_', ' ') or 'columns'}: {listed}?",
+            remedy=Remedy("choose, e.g.", "axes", first),
         )
     if sensors:
-        lettered = sorted((i for each in sensors.values() for i in each), key=lambda i: found[i].axis or "")
-        letters = axis_letters([found[i] for i in lettered])
+        lettered = sorted(
+            (i for each in sensors.values() for i in each), key=lambda i: headings[i].axis or ""
+        )
+        letters = axis_letters([headings[i] for i in lettered])
         others |= {i: "beside the axes" for i in places if i not in lettered}
-        names = [*letters] if letters else _names(lettered, table, found)
-        return _converted(name, lettered, names, [found[i] for i in lettered], table)
+        names = [*letters] if letters else _names(lettered, table, headings)
+        return _converted(name, lettered, names, [headings[i] for i in lettered], table)
     matrix = [bool(table.groups) and table.headings[i] != table.groups[i] for i in places]
     numbered = all(matrix)
     arrays = dict.fromkeys(table.groups[i] for i in places) if table.groups else {}
     if len(arrays) > 1 and (any(matrix) or (ask and name == "")):
         raise DataError(
-            f"{table.path}: which array? choose of {', '.join(arrays)}, e.g. `axes={next(iter(arrays))}`"
+            "which array?", remedy=Remedy(f"choose of {', '.join(arrays)}, e.g.", "axes", next(iter(arrays)))
         )
     plain = numbered or (not table.named and len(places) in (1, 3))
-    names = [*default_axes(len(places))] if plain else _names(places, table, found)
-    return _converted(name, places, names, [found[i] for i in places], table)
+    names = [*default_axes(len(places))] if plain else _names(places, table, headings)
+    return _converted(name, places, names, [headings[i] for i in places], table)
 
 
-def _one_set(sensors: Mapping[str, Sequence[int]], found: Sequence[Heading]) -> bool:
+def _one_set(sensors: Mapping[str, Sequence[int]], headings: Sequence[Heading]) -> bool:
     """Return whether the axes of all sensors together are x, y and z once each."""
-    return axis_letters([found[i] for each in sensors.values() for i in each]) is not None
+    return axis_letters([headings[i] for each in sensors.values() for i in each]) is not None
 
 
-def _names(places: Sequence[int], table: RawTable, found: Sequence[Heading]) -> list[str]:
-    names = [found[i].name or table.headings[i] for i in places]
+def _names(places: Sequence[int], table: RawTable, headings: Sequence[Heading]) -> list[str]:
+    names = [headings[i].name or table.headings[i] for i in places]
     return names if len(set(names)) == len(names) else [table.headings[i] for i in places]
 
 
@@ -349,13 +357,14 @@ def _converted(
     if len(known) > 1:
         listed = ", ".join(part.text for part in parts)
         raise DataError(
-            f"{table.path}: columns are in different units: {listed}; choose those of one, `axes=NAME,NAME`"
+            f"columns are in different units: {listed}",
+            remedy=Remedy("choose those of one,", "axes", "NAME,NAME"),
         )
     if len(set(axes)) < len(axes):
         numbers = ",".join(str(i + 1) for i in places)
         raise DataError(
-            f"{table.path}: columns must have different names, got {', '.join(axes)}; choose by number, "
-            f"`axes={numbers}`"
+            f"columns must have different names, got {', '.join(axes)}",
+            remedy=Remedy("choose by number,", "axes", numbers),
         )
     return StreamColumns(
         name, tuple(places), tuple(axes), known.pop() if known else None, tuple(factor for _, factor in units)
@@ -373,7 +382,7 @@ def _stream_of(parts: Sequence[Heading]) -> str:
 
 def _uses(
     table: RawTable,
-    found: Sequence[Heading],
+    headings: Sequence[Heading],
     streams: Sequence[StreamColumns],
     at: int | None,
     time_unit: str | None,
@@ -382,13 +391,13 @@ def _uses(
 ) -> tuple[ColumnUse, ...]:
     uses = [
         ColumnUse(text, IGNORED, each.unit, reason=others.get(i))
-        for i, (text, each) in enumerate(zip(table.headings, found, strict=True))
+        for i, (text, each) in enumerate(zip(table.headings, headings, strict=True))
     ]
     for role, i in labels.items():
         uses[i] = ColumnUse(table.headings[i], role)
     for number, stream in enumerate(streams):
         for i, axis in zip(stream.places, stream.axes, strict=True):
-            unit = stream.layout.unit if stream.layout and stream.layout.unit else found[i].unit
+            unit = stream.layout.unit if stream.layout and stream.layout.unit else headings[i].unit
             uses[i] = ColumnUse(table.headings[i], axis, unit, stream=stream.name if number else None)
     if at is not None:
         uses[at] = ColumnUse(table.headings[at], TIME, time_unit)
@@ -397,7 +406,7 @@ def _uses(
     return tuple(uses)
 
 
-def _left_out(uses: Sequence[ColumnUse], found: Sequence[Heading]) -> list[str]:
+def _left_out(uses: Sequence[ColumnUse], headings: Sequence[Heading]) -> list[str]:
     """Return a line that names the columns without a role, if there are any."""
     texts = [
         f"{use.heading or 'a column without heading'} ({use.reason})" if use.reason else use.heading

@@ -56,16 +56,16 @@ def read(path: Path, *, full_scale: float | None = None) -> FileContent:
             expected = file.frames
             blocks = list(_blocks(file))
     except soundfile.LibsndfileError as error:
-        raise DataError(f"{path}: {error.error_string}") from error
+        raise DataError(path, error.error_string) from error
     samples: NDArray[Any] = np.concatenate(blocks).T if blocks else np.zeros((facts.channels, 0), np.float32)
     if samples.shape[1] < expected:
-        raise DataError(f"{path}: truncated: {expected} samples expected, {samples.shape[1]} are there")
+        raise DataError(path, f"truncated: {expected} samples expected, {samples.shape[1]} are there")
     scale = full_scale
     if description is not None:
         scale = description.full_scale
         if full_scale is not None and full_scale != (scale or 1.0):
             raise DataError(
-                f"{path}: full scale is {scale or 1.0:g} {description.unit}, expected {full_scale:g}"
+                path, f"full scale is {scale or 1.0:g} {description.unit}, expected {full_scale:g}"
             )
     if scale is not None and scale != 1.0:
         samples = samples.astype(np.float64) * scale
@@ -99,9 +99,7 @@ def write(
     """Write ``signal`` in the format of ``suffix``; `ParameterError` if that or ``full_scale`` cannot hold it."""
     subtype = subtype or SUBTYPES[suffix][0]
     if subtype not in SUBTYPES[suffix]:
-        raise ParameterError(
-            f"subtype of {suffix} must be one of {', '.join(SUBTYPES[suffix])}, got {subtype!r}"
-        )
+        raise ParameterError.one_of(f"subtype of {suffix}", SUBTYPES[suffix], subtype)
     rate = max(1, round(signal.rate))
     _check_limits(signal, suffix, rate, BITS[subtype])
     if subtype in ("FLOAT", "DOUBLE"):
@@ -152,12 +150,12 @@ def _facts(path: Path) -> _SoundInfo:
     with path.open("rb") as stream:
         head = stream.read(4)
     if not head:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     try:
         with soundfile.SoundFile(_name(path)) as file:
             for claimed, there in _CUT.findall(file.extra_info):
                 if int(there) + _SLACK < int(claimed) < _UNKNOWN:
-                    raise DataError(f"{path}: truncated: {claimed} bytes expected, {there} are there")
+                    raise DataError(path, f"truncated: {claimed} bytes expected, {there} are there")
             return _SoundInfo(
                 file.samplerate,
                 file.channels,
@@ -167,7 +165,7 @@ def _facts(path: Path) -> _SoundInfo:
     except soundfile.LibsndfileError as error:
         kind = path.suffix[1:].upper()
         raise DataError(
-            f"{path}: not a {kind} file, or damaged at byte 0, got {head!r}: {error.error_string}"
+            path, f"not a {kind} file, or damaged at byte 0, got {head!r}: {error.error_string}"
         ) from error
 
 
@@ -177,8 +175,9 @@ def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:
         return None
     if facts.rate != max(1, round(found.rate)) or facts.channels != len(found.axes):
         raise DataError(
-            f"{path}: changed after it was described: described as {found.rate:g} Hz, {len(found.axes)} channels, "
-            f"its header says {facts.rate} Hz, {facts.channels}; remove the comment"
+            path,
+            f"changed after it was described: described as {found.rate:g} Hz, {len(found.axes)} channels, "
+            f"its header says {facts.rate} Hz, {facts.channels}; remove the comment",
         )
     return found
 
@@ -236,9 +235,9 @@ def read_header(path: Path) -> WavHeader:
     with path.open("rb") as file:
         head = file.read(12)
         if not head:
-            raise DataError(f"{path}: empty file")
+            raise DataError(path, "empty file")
         if head[:4] not in (b"RIFF", b"RIFX", b"RF64") or head[8:12] != b"WAVE":
-            raise DataError(f"{path}: not a WAV file: expected RIFF … WAVE at byte 0, got {head!r}")
+            raise DataError(path, f"not a WAV file: expected RIFF … WAVE at byte 0, got {head!r}")
         return _header(file, path, length, ">" if head[:4] == b"RIFX" else "<")
 
 
@@ -255,8 +254,9 @@ def _header(file: BinaryIO, path: Path, length: int, order: str) -> WavHeader:
             size = large or length - at - 8
         if at + 8 + size > length:
             raise DataError(
-                f"{path}: truncated: chunk {name.decode('latin-1')!r} at byte {at} says {size} bytes, "
-                f"{length - at - 8} are there"
+                path,
+                f"truncated: chunk {name.decode('latin-1')!r} at byte {at} says {size} bytes, "
+                f"{length - at - 8} are there",
             )
         if name == b"fmt ":
             form = (at, file.read(size))
@@ -267,14 +267,14 @@ def _header(file: BinaryIO, path: Path, length: int, order: str) -> WavHeader:
         at += 8 + size + size % 2
     if form is None or len(form[1]) < 16 or data is None:
         missing = "data" if form is not None and len(form[1]) >= 16 else "fmt"
-        raise DataError(f"{path}: truncated: no {missing} chunk before the end at byte {length}")
+        raise DataError(path, f"truncated: no {missing} chunk before the end at byte {length}")
     _, channels, rate, _, _, bits = struct.unpack(f"{order}HHIIHH", form[1][:16])
     if rate == 0:
-        raise DataError(f"{path}: rate must be > 0 Hz, got 0 at byte {form[0] + 12}")
+        raise DataError(path, f"rate must be > 0 Hz, got 0 at byte {form[0] + 12}")
     if channels == 0:
-        raise DataError(f"{path}: channels must be > 0, got 0 at byte {form[0] + 10}")
+        raise DataError(path, f"channels must be > 0, got 0 at byte {form[0] + 10}")
     if data[1] == 0:
-        raise DataError(f"{path}: no samples: the data chunk before byte {data[0]} is empty")
+        raise DataError(path, f"no samples: the data chunk before byte {data[0]} is empty")
     return WavHeader(channels, rate, bits, *data, comment)
 
 

@@ -68,13 +68,11 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
         if part is None:
             if cells[i] is None or not str(cells[i]).strip() or cells[i] != cells[i]:
                 continue
-            raise DataError(f"{where.format(rows[i])}: expected a time stamp, got {cells[i]!r}")
+            raise DataError(where.format(rows[i]), f"expected a time stamp, got {cells[i]!r}")
         date, seconds, zone = part
         kinds.add((date is not None, zone is not None))
         if len(kinds) > 1:
-            raise DataError(
-                f"{where.format(rows[i])}: expected a time stamp like the first, got {cells[i]!r}"
-            )
+            raise DataError(where.format(rows[i]), f"expected a time stamp like the first, got {cells[i]!r}")
         days = 0
         if date is not None:
             year, second, third = date
@@ -85,7 +83,7 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
             try:
                 days = datetime(year, month, day).toordinal()
             except ValueError:
-                raise DataError(f"{where.format(rows[i])}: expected a date, got {cells[i]!r}") from None
+                raise DataError(where.format(rows[i]), f"expected a date, got {cells[i]!r}") from None
         first_day = days if first_day is None else first_day
         instants[i] = (days - first_day) * _DAY_S + seconds - (zone or 0)
     known = np.flatnonzero(np.isfinite(instants))

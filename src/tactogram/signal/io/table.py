@@ -64,7 +64,7 @@ def table(path: Path, raw: bytes) -> RawTable:
     (``10:23:45.123 -> 1,2``). A last line that was cut off is left out and noted. A `DataError` names the line.
     """
     if not raw:
-        raise DataError(f"{path}: empty file")
+        raise DataError(path, "empty file")
     notes = []
     if raw.endswith(b"\0") and raw.count(0) < len(raw) // 4:
         raw = raw.rstrip(b"\0")
@@ -84,7 +84,7 @@ def table(path: Path, raw: bytes) -> RawTable:
         try:
             separator = "\t" if names else separator_of(middle)
         except csv.Error as error:
-            raise DataError(f"{path}: not a table: {error}; is a quote left open?") from None
+            raise DataError(path, f"not a table: {error}; is a quote left open?") from None
     grid = TextRows(path, rows, separator, notes=notes)
     grid.divide()
     head = TableHead(tuple(names), (), named=True) if names else _head(grid, comments)
@@ -95,7 +95,7 @@ def table(path: Path, raw: bytes) -> RawTable:
     try:
         columns, behind = text_columns([line.text for line in body], sample, grid.width, separator)
     except DataError as error:
-        raise DataError(f"{path}: {error}") from None
+        raise DataError(path, error) from None
     facts = [*comments, *(line.text for line in rows[: grid.start + SIDE_ROWS])]
     rate, numbers = increment_in(grid.above) or rate_in(facts), [line.number for line in body]
     if not head.named and (stated := start_and_rate(columns)):
@@ -127,7 +127,7 @@ def table_of_cells(path: Path, cells: Sequence[Sequence[object]], *, name: str =
     """Return the columns of a worksheet, given the cells of all its rows; ``name`` is the sheet's."""
     filled = [(n, [*row]) for n, row in enumerate(cells, 1) if any(cell not in (None, "") for cell in row)]
     if not filled:
-        raise DataError(f"{path}: no rows{f' in sheet {name!r}' if name else ''}")
+        raise DataError(path, f"no rows{f' in sheet {name!r}' if name else ''}")
     numbers, rows = [n for n, _ in filled], [row for _, row in filled]
     ends = [max(i for i, cell in enumerate(row, 1) if cell not in (None, "")) for row in rows]
     common = (
@@ -137,7 +137,7 @@ def table_of_cells(path: Path, cells: Sequence[Sequence[object]], *, name: str =
     cut = [row[:width] + [None] * (width - len(row)) for row in rows]
     start = body_start(cut[: 5 * SNIFFED_ROWS], cut[len(cut) // 2 :][:SNIFFED_ROWS], width)
     if start is None:
-        raise DataError(f"{path}: no rows of numbers below the heading")
+        raise DataError(path, "no rows of numbers below the heading")
     if start and all(isinstance(cell, str) for cell in rows[start - 1] if cell is not None):
         width = max(width, ends[start - 1])  # a column that is empty in most rows
     rows = [row[:width] + [None] * (width - len(row)) for row in rows]
@@ -235,12 +235,13 @@ def _lines(lines: Sequence[str], path: Path) -> tuple[str, list[str], list[Numbe
     comments = [line.text for line in filled if line.text.startswith(COMMENTS)]
     rows = [line for line in filled if not line.text.startswith(COMMENTS) and not is_ruler(line.text)]
     if not rows:
-        raise DataError(f"{path}: no rows")
+        raise DataError(path, "no rows")
     first = rows[:SNIFFED_ROWS]
     if sum(bool(_YAML.fullmatch(line.text)) for line in first) > 0.9 * len(first):
         raise DataError(
-            f"{path}: lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints); save a table "
-            "instead, with its option --csv"
+            path,
+            "lines of 'name: value' over several rows (YAML, as `ros2 topic echo` prints); save a table "
+            "instead, with its option --csv",
         )
     return separator, comments, rows
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Message, Remedy
 from tactogram.signal.io.clocks import forward, split_by_clocks, with_whole_clock
 from tactogram.signal.io.content import ColumnUse, FileContent, RawTable, TableLayout, default_axes
 from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
@@ -48,7 +48,7 @@ def table_contents(
         try:
             roles = roles_of(table, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled)
         except DataError as error:
-            problem = problem or error
+            problem = problem or DataError(table.path, error)
             left_out.append(f"left out: {', '.join(table.headings)} (rows of their own)")
             continue
         found += [_content(table, roles, stream, rate) for stream in roles.streams]
@@ -80,8 +80,9 @@ def _main_first(found: Sequence[FileContent], table: RawTable) -> list[FileConte
         names = [[use.heading for use in content.uses if use.role in content.axes] for content in alike]
         what = first.stream.replace("_", " ") or "columns"
         raise DataError(
-            f"{table.path}: which {what}, at rates of their own: {' or '.join(', '.join(each) for each in names)}? "
-            f"choose, e.g. `axes={','.join(names[0])}`"
+            table.path,
+            f"which {what}, at rates of their own: {' or '.join(', '.join(each) for each in names)}?",
+            remedy=Remedy("choose, e.g.", "axes", ",".join(names[0])),
         )
     return [first, *others]
 
@@ -105,15 +106,15 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
         what = f"time goes back by {-step:.4g} s" if step < 0 else f"{step:.4g} s without samples"
         if len(intervals) > MOST_HOLES * len(contents[0].rows) + 2:
             raise DataError(
-                f"time goes back or stands for long at {len(intervals) - 1} rows: these are not in the order of time; "
-                "sort them, or "
-                "read them as they are, `time=none` with a rate"
+                f"time goes back or stands for long at {len(intervals) - 1} rows: these are not in the order of time",
+                remedy=(Remedy("sort them"), Remedy("with a rate read them as they are,", "time", "none")),
             )
         longest = max(range(len(intervals)), key=lambda i: len(intervals[i].contents[0].rows)) + 1
         raise DataError(
-            f"rows {first.rows[1]} to {second.rows[0]}: {what}; at most 3 missing samples are interpolated: "
-            f"choose one of "
-            f"the {len(intervals)} parts between, e.g. the longest, `part={longest}`"
+            f"rows {first.rows[1]} to {second.rows[0]}: {what}; at most 3 missing samples are interpolated",
+            remedy=Remedy(
+                f"choose one of the {len(intervals)} parts between, e.g. the longest,", "part", longest
+            ),
         )
     if not 1 <= part <= len(intervals):
         raise DataError(f"part must be 1 to {len(intervals)}, got {part}")
@@ -134,7 +135,7 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
     kept: NDArray[np.int64] | None = None
     if not own and times is not None and len(times) < 2:
-        raise DataError(f"{table.path}: one row of numbers is no signal")
+        raise DataError(table.path, "one row of numbers is no signal")
     if times is not None and not own:
         if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
             times = _filled(times)
@@ -194,14 +195,11 @@ def column_numbers(table: RawTable, place: int) -> NDArray[np.float64]:
             values[i] = float(cell)
         else:
             comma = isinstance(cell, str) and "," in cell
-            hint = (
-                "write decimal points, not commas"
-                if comma
-                else "choose the columns to read, `axes=NAME,NAME`"
-            )
+            columns = Remedy("choose the columns to read,", "axes", "NAME,NAME")
             raise DataError(
-                f"{table.path}: row {rows[i]}, column {table.headings[place]!r}: expected a number, got {str(cell)!r}; "
-                f"{hint}"
+                f"{table.path}: row {rows[i]}, column {table.headings[place]!r}",
+                f"expected a number, got {str(cell)!r}",
+                remedy="write decimal points, not commas" if comma else columns,
             )
     return values
 
@@ -242,8 +240,9 @@ def _trusted(
     if len(times) > 1 and times.min() == times.max():
         if rate is None and table.rate is None:
             raise DataError(
-                f"{table.path}: time stands still: all {len(times)} stamps are the same; give the rate instead, "
-                "e.g. `rate=1000`"
+                table.path,
+                f"time stands still: all {len(times)} stamps are the same",
+                remedy=Remedy("give the rate instead, e.g.", "rate", 1000),
             )
         return None, "time stamps are all the same: not used"
     if len(times) < 4 or not times[-1] > times[0] or times[-1] / 2 - times[0] / 2 > MOST_SPAN / 2:
@@ -259,8 +258,9 @@ def _trusted(
     early, late = _usual(steps), _usual(steps[::-1])
     if rate is None and early and late and not 0.8 * early < late < 1.25 * early:
         raise DataError(
-            f"{table.path}: steps of {early:.4g} s between time stamps become {late:.4g} s: give the rate to resample "
-            f"all to, `rate={1 / min(early, late):.4g}`"
+            table.path,
+            f"steps of {early:.4g} s between time stamps become {late:.4g} s",
+            remedy=Remedy("give the rate to resample all to,", "rate", f"{1 / min(early, late):.4g}"),
         )
     if repeated <= MOST_REPEATED and holes <= max(3, MOST_HOLES * len(steps)):
         return times, None
@@ -270,10 +270,12 @@ def _trusted(
     known = rate or table.rate
     if known is None:
         raise DataError(
-            f"{table.path}: {round(repeated * len(steps))} of {len(times)} time stamps repeat the one before: they are "
-            f"too coarse or the arrival times of blocks; give the rate instead, `rate={likely:.4g}`"
+            table.path,
+            f"{round(repeated * len(steps))} of {len(times)} time stamps repeat the one before: they are "
+            "too coarse or the arrival times of blocks"
             if repeated > MOST_REPEATED
-            else f"{table.path}: time stamps come in bursts, as of blocks; give the rate instead, `rate={likely:.4g}`"
+            else "time stamps come in bursts, as of blocks",
+            remedy=Remedy("give the rate instead,", "rate", f"{likely:.4g}"),
         )
     off = likely / known - 1 if known else 0.0
     far = f"; these say {likely:.4g} Hz: samples may be lost" if abs(off) > MOST_OFF else ""
@@ -316,16 +318,13 @@ def unit_note(stream: StreamColumns, uses: Sequence[ColumnUse], samples: NDArray
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
     for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
         if len(samples) == 3 and abs(mean / one - 1) < 0.15:
-            return (
-                f"no unit stated: read as plain numbers; their mean of {mean:.3g} is that of gravity in {unit}: "
-                f"`unit={unit}`"
-            )
+            gravity = Remedy(f"their mean of {mean:.3g} is that of gravity in {unit}:", "unit", unit)
+            return Message("no unit stated: read as plain numbers", gravity)
     whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10
     if whole:
-        return (
-            "no unit stated: read as counts; say how many are one, e.g. `unit=g/16384` of an MPU-6050 at ±2 g"
-        )
-    return "no unit stated: read as plain numbers; say it, e.g. `unit=g`"
+        scale = Remedy("say how many are one, e.g. of an MPU-6050 at ±2 g", "unit", "g/16384")
+        return Message("no unit stated: read as counts", scale)
+    return Message("no unit stated: read as plain numbers", Remedy("say it, e.g.", "unit", "g"))
 
 
 def _marker(columns: Sequence[NDArray[np.float64]]) -> float | None:

@@ -178,7 +178,7 @@ class TextRows:
         try:
             return split(text, self.separator)
         except csv.Error as error:
-            raise DataError(f"{self.path}: not a table: {error}; is a quote left open?") from None
+            raise DataError(self.path, f"not a table: {error}; is a quote left open?") from None
 
     def divide(self) -> None:
         """Find width and first row; a `DataError` if there are no rows of numbers."""
@@ -195,7 +195,7 @@ class TextRows:
             self.width -= 1
         start = body_start(first, apart, self.width)
         if start is None:
-            raise DataError(f"{self.path}: no rows of numbers below the heading")
+            raise DataError(self.path, "no rows of numbers below the heading")
         self.start, self.above = start, first[:start]
         if self.separator == " ":
             self.above = [self._of_fixed_width(i) for i in range(start)]
@@ -278,7 +278,7 @@ class TextRows:
     def _wrong_count(self, line: NumberedLine, expected: int, got: int) -> DataError:
         comma = self.separator == "," and got == 2 * expected
         hint = "; write decimal points, not commas" if comma else ""
-        return DataError(f"{self.path}: row {line.number}: expected {expected} columns, got {got}{hint}")
+        return DataError(f"{self.path}: row {line.number}", f"expected {expected} columns, got {got}{hint}")
 
 
 def split(row: str, separator: str) -> list[str]:

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.errors import DataError, ParameterError, one_line
+from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.extras import imported
-from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
+from tactogram.signal.io.archives import check_archive, decoding
 from tactogram.signal.io.content import RawTable, SignalDescription, decode
 from tactogram.signal.io.table import heading, table_of_cells
 from tactogram.signal.signal import Signal
@@ -37,11 +37,13 @@ def tables(path: Path, *, sheet: str | None = None) -> list[RawTable]:
         data = [name for name in names if not name.startswith("Metadata")]  # of phyphox
         if len(data) != 1:
             raise DataError(
-                f"{path}: which sheet? choose of {', '.join(names)}, e.g. `sheet={(data or names)[0]}`"
+                path,
+                "which sheet?",
+                remedy=Remedy(f"choose of {', '.join(names)}, e.g.", "sheet", (data or names)[0]),
             )
         [sheet] = data
     if sheet not in names:
-        raise DataError(f"{path}: no sheet {sheet!r}, there are {', '.join(names)}")
+        raise DataError(path, f"no sheet {sheet!r}, there are {', '.join(names)}")
     cells = _cells(book, sheet, path)
     if description is None:
         return [table_of_cells(path, cells, name=sheet)]
@@ -81,18 +83,13 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
 
 def _opened(path: Path) -> Any:
     calamine = imported("python_calamine", extra="formats", what="workbooks")
-    if path.stat().st_size == 0:
-        raise DataError(f"{path}: empty file")
-    if path.suffix.lower() != ".xls":
-        with path.open("rb") as file:
-            check_archive(file, path)
-        _check_cells(path)
-    try:
-        return calamine.load_workbook(str(path))
-    except Exception as error:  # calamine has an exception for each format
-        raise DataError(
-            f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
-        ) from None
+    with decoding(path, "truncated or not a workbook", remedy="save it as .xlsx or CSV"):
+        if path.suffix.lower() != ".xls":
+            with path.open("rb") as file:
+                check_archive(file, path)
+            _check_cells(path)
+        book = calamine.load_workbook(str(path))
+    return book
 
 
 def _check_cells(path: Path) -> None:
@@ -100,31 +97,25 @@ def _check_cells(path: Path) -> None:
 
     It ends the process if it cannot: a workbook of 5 kB whose last cell is filled takes 512 GiB.
     """
-    try:
-        with zipfile.ZipFile(path) as archive:
-            for member in archive.namelist():
-                found = {
-                    (b"A", 1),
-                    *((c or b"A", int(r)) for c, r in set(_PLACE.findall(archive.read(member)))),
-                }
-                column = max((name for name, _ in found), key=lambda name: (len(name), name))
-                width = sum((byte - 64) * 26**i for i, byte in enumerate(reversed(column)))
-                if (cells := width * max(row for _, row in found)) > MOST_CELLS:
-                    raise DataError(
-                        f"{path}: a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
-                        "save it as CSV"
-                    )
-    except ZIP_ERRORS as error:
-        raise DataError(
-            f"{path}: truncated or not a workbook: {one_line(error)}; save it as .xlsx or CSV"
-        ) from None
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.namelist():
+            found = {
+                (b"A", 1),
+                *((c or b"A", int(r)) for c, r in set(_PLACE.findall(archive.read(member)))),
+            }
+            column = max((name for name, _ in found), key=lambda name: (len(name), name))
+            width = sum((byte - 64) * 26**i for i, byte in enumerate(reversed(column)))
+            if (cells := width * max(row for _, row in found)) > MOST_CELLS:
+                raise DataError(
+                    path,
+                    f"a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
+                    "save it as CSV",
+                )
 
 
 def _cells(book: Any, sheet: str, path: Path) -> Sequence[Sequence[object]]:
-    try:
+    with decoding(path, "damaged"):
         found: list[list[object]] = book.get_sheet_by_name(sheet).to_python(skip_empty_area=False)
-    except Exception as error:
-        raise DataError(f"{path}: damaged: {one_line(error)}") from None
     return [[None if cell == "" else cell for cell in row] for row in found]
 
 

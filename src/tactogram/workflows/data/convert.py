@@ -10,7 +10,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import Count, Parameter, Positive, checked, parameters
 from tactogram.workflows.progress import ProgressCallback, silent
 
@@ -149,14 +149,16 @@ def convert(
     source = Path(source)
     if check:
         if target is not None:
-            raise ParameterError("`check` takes one file and writes none; omit `target`")
+            remedy = Remedy("omit", "target")
+            raise ParameterError("takes one file and writes none", parameter="check", remedy=remedy)
         return _checked(source, format, reading)
     if target is None:
-        raise ParameterError("a target must be given; only `check` takes a source alone")
+        remedy = Remedy("a source alone takes only", "check")
+        raise ParameterError("must be given", parameter="target", remedy=remedy)
     target = Path(target)
     if source.is_dir():
         if format is None:
-            raise ParameterError("a folder needs a format; give `format`")
+            raise ParameterError("a folder needs a format", remedy=Remedy("give", "format"))
         return _convert_folder(**options)
     designed = source.suffix.lower() in haptic_suffixes()  # with what a format of ours cannot keep
     if designed and source.exists() and target.exists() and source.samefile(target):
@@ -168,11 +170,11 @@ def convert(
             f"{target}: suffix must be one of {', '.join(known)}, got {target.suffix or 'none'}"
         )
     if kind is not None and subtype is not None:
-        raise ParameterError(f"`subtype` is of WAV and FLAC; {kind.title} has none")
+        raise ParameterError(f"is of WAV and FLAC; {kind.title} has none", parameter="subtype")
     for name, value in (("display", display), ("modality", modality)):
         if kind is None and value is not None:
             of = "patterns of on and off" if name == "display" else "haptic formats"
-            raise ParameterError(f"`{name}` is for {of}, {target.name} is none; omit it")
+            raise ParameterError(f"is for {of}, {target.name} is none; omit it", parameter=name)
     given = read_source(
         source,
         reading | ({"full_scale": full_scale} if kind is None else {}),
@@ -236,7 +238,7 @@ def _convert_folder(
         present = [p for p in present if not p.resolve().is_relative_to(target.resolve())]
     known = (*READABLE, *haptic_suffixes())
     paths = [p for p in present if p.name.lower().endswith(known)]
-    unreadable = DataError(f"{source}: no file in it can be read; known are {', '.join(known)}")
+    unreadable = DataError(source, f"no file in it can be read; known are {', '.join(known)}")
     if not paths:
         raise unreadable
     made: dict[Path, Path] = {}
@@ -263,7 +265,7 @@ def _convert_folder(
             if path.suffix.lower() == ".txt" and _is_note(path):
                 notes.append(str(path))
             else:
-                failed[str(path)] = str(error)
+                failed[str(path)] = error.message
     progress("files", len(made), len(made))
     if not files and not failed:
         raise unreadable
@@ -318,7 +320,7 @@ def _checked(path: Path, format: str | None, reading: dict[str, Any]) -> dict[st
         file = read_file(path, **reading)
         found, notes = file.columns, file.notes
     except TactogramError as error:
-        problems.append(str(error))
+        problems.append(error.message)
         with suppress(TactogramError):
             found = read_columns(path)
     return {

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace as replace_field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tactogram.errors import DataError, MissingExtraError, ParameterError
+from tactogram.errors import DataError, MissingExtraError, ParameterError, Remedy
 from tactogram.parameters import Settings, checked
 
 if TYPE_CHECKING:
@@ -72,7 +72,9 @@ def rate_store(
     if store.facts.ratings is not None and not replace:
         # Before tables are read, which may take a while.
         raise DataError(
-            f"{path} has ratings already ({store.facts.ratings.rows} scores); `replace` puts these in their place"
+            path,
+            f"has ratings already ({store.facts.ratings.rows} scores)",
+            remedy=Remedy("to put these in their place, give", "replace"),
         )
     chosen, columns = scale_of(scale), _columns(options or {}, len(files))
     known = {name for name in map(item_of, store.index) if name} | set(store.facts.photographs)

@@ -187,7 +187,7 @@ def _rated(
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("a+", encoding="utf-8", buffering=1) as lines:
         if not lock(lines.fileno()):
-            raise DataError(f"{out}: another process simulates it at present; wait for it, or stop it first")
+            raise DataError(out, "another process simulates it at present; wait for it, or stop it first")
         kept = _kept_cues(file, job)
         lines.truncate(0)
         lines.writelines(f"{json.dumps(line)}\n" for line in [{"job": job}, *map(asdict, kept)])

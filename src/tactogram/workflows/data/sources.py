@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from tactogram.errors import ParameterError
+from tactogram.errors import Message, ParameterError, Remedy
 from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.files.analysis import READ_RATE
 from tactogram.rendering.files.catalogue import haptic_formats, haptic_suffixes
@@ -55,11 +55,12 @@ def read_source(
         given = _drawn(source, width_mm or WIDTH_MM, play_at or SPEED_MM_S, resample_to or READ_RATE)
     else:
         if width_mm is not None:
-            raise ParameterError(f"`width_mm` is of a photograph, {source.name} is none; omit it")
+            raise ParameterError(f"is of a photograph, {source.name} is none; omit it", parameter="width_mm")
         given = _read(source, reading)
         if play_at is not None:
             if map is not None:
-                raise ParameterError("`map` is for a sound, which is over time; omit `play_at`")
+                remedy = Remedy("omit", "play_at")
+                raise ParameterError("is for a sound, which is over time", parameter="map", remedy=remedy)
             signal = played(given.signal, play_at, resample_to or given.signal.rate * play_at)
             given = replace(given, signal=signal, events=None)
         else:
@@ -127,4 +128,5 @@ def _notes(file: SignalFile) -> tuple[str, ...]:
     others = ", ".join(
         f"{name} ({', '.join(signal.axes)}, {signal.unit})" for name, signal in file.others.items()
     )
-    return (*file.notes, *([f"not written: {others}; `axes=NAME,NAME` reads them"] if others else []))
+    beside = Message(f"not written: {others}", Remedy("to read them,", "axes", "NAME,NAME"))
+    return (*file.notes, *([beside] if others else []))

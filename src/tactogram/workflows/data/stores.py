@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from annotated_types import Ge
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.parameters import Count, Positive, Settings, checked
 from tactogram.workflows.progress import ProgressCallback, silent
 
@@ -96,9 +96,9 @@ def import_store(
     from tactogram.datasets.store.remote import is_remote
 
     if save_mapping is not None and not preview:
-        raise ParameterError.must("save_mapping", "come with `preview`")
+        raise ParameterError.must("save_mapping", "come with a preview", remedy=Remedy("add", "preview"))
     if out is None and not preview:
-        raise ParameterError.must("out", "be given, except with `preview`")
+        raise ParameterError.must("out", "be given", remedy=Remedy("omit it only with", "preview"))
     if out is not None and is_remote(out) and not preview:
         raise ParameterError.must(
             "out", "be a folder", out, remedy="`tactogram data copy` the store there afterwards"
@@ -325,9 +325,7 @@ def add_signal(
     store, file = open_store(path), Path(file)
     if stream is None:
         if len(store.streams) != 1:
-            raise ParameterError(
-                f"stream must be one of {', '.join(store.streams)}, got none", parameter="stream"
-            )
+            raise ParameterError.must("stream", f"be one of {', '.join(store.streams)}, got none")
         [stream] = store.streams
     if unit is None and stream in store.streams:
         unit = store.streams[stream].unit

@@ -20,7 +20,7 @@ from tactogram.datasets import Examples, RecordingInfo, Split, Store, kfold, ope
 from tactogram.datasets.examples import cores
 from tactogram.datasets.scratch import scratch
 from tactogram.datasets.splits.split import By
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure
 from tactogram.evaluation.report import (
@@ -181,9 +181,11 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
     request, recipe, store = setup.request, setup.recipe, setup.store
     folds, split, label, by = request.folds, request.split, request.label, cast(By, request.by)
     if split == "all":
-        raise ParameterError("`split` all keeps nothing for testing; use last=N, or `folds`")
+        folded = Remedy("use last=N, or give", "folds")
+        raise ParameterError("all keeps nothing for testing", parameter="split", remedy=folded)
     if split == "blocks":
-        raise ParameterError("`split` blocks is for one training; `folds` test on every block")
+        folded = Remedy("to test on every block, give", "folds")
+        raise ParameterError("blocks is for one training", parameter="split", remedy=folded)
     if split:
         parts = make_split(setup.index, split=split, by=by, seed=recipe.seed, label=label)
         return [parts], f"tested on the {split.replace('=', ' ')} recordings of each material, by recording"
@@ -191,8 +193,9 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
     scarcest, fewest = min(Counter(info.material for info in index).items(), key=lambda pair: pair[1])
     if by != "recording" or fewest >= folds:
         return kfold(index, folds, by=by, seed=recipe.seed), f"{folds} folds by {by}"
-    instead = f"use {fewest} folds" if fewest >= 2 else "record more of it, or exclude it with `where`"
-    remedy = f"{scarcest} has {fewest} of the {folds} recordings that folds of recordings need: {instead}"
+    scarce = f"{scarcest} has {fewest} of the {folds} recordings that folds of recordings need"
+    more = Remedy(f"{scarce}: record more of it, or exclude it with", "where")
+    remedy = Remedy(f"{scarce}: use {fewest} folds") if fewest >= 2 else more
     splits = block_splits(store, index, recipe, setup.config, blocks=folds, remedy=remedy)
     between = f", {splits[0].gap_s:.2g} s (one window) left out between" if splits[0].gap_s else ""
     return splits, f"{folds} contiguous blocks of each recording{between}; each block counts as a recording"

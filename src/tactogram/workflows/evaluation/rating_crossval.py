@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
@@ -60,7 +60,9 @@ def crossval_ratings(request: CrossvalRequest, progress: ProgressCallback = sile
     """
     if request.split or request.only_folds:
         raise ParameterError(
-            "`split` and `only_folds` are for classifiers; a predictor takes `folds` and `repeats`"
+            "is for classifiers",
+            parameter="split" if request.split else "only_folds",
+            remedy=(Remedy("of a predictor give", "folds"), Remedy("", "repeats")),
         )
     held_out, folds, repeats = _held_out(request.by), request.folds, request.repeats
     setup = CrossvalSetup.of(request)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Scale, Split, Store, item_of, open_store
-from tactogram.errors import LeakError, ParameterError
+from tactogram.errors import LeakError, ParameterError, Remedy
 from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import PredictedRatings
 from tactogram.evaluation.ratings.reproduction import constant_error, reproduction
@@ -51,7 +51,9 @@ def evaluate_predictor(
     prepare = loaded.as_trained if not rated.of_images else loaded.recipe.prepare
     examples: list[Rateable] = list(rated.examples(split, "test", prepare))
     if not examples:
-        raise ParameterError(f"{loaded.run.name}: kept no rated items for testing; give `data`")
+        raise ParameterError(
+            loaded.run.name, "kept no rated items for testing", remedy=Remedy("give", "data")
+        )
     items = sorted({str(example.item) for example in examples})
     held = ratings.select(items=items)
     guess = _trained_mean(loaded)
@@ -159,8 +161,9 @@ def _test_part(loaded: LoadedRun, data: Path | str | None) -> tuple[Store, Split
     both = sorted(held & trained)
     if both:
         raise LeakError(
-            f"{data}: {len(both)} of its {len(held)} rated recordings or images were trained on (first: {both[0]}); "
-            "evaluate on others, or omit `data` for the run's own test part"
+            data,
+            f"{len(both)} of its {len(held)} rated recordings or images were trained on (first: {both[0]})",
+            remedy=(Remedy("evaluate on others"), Remedy("for the run's own test part omit", "data")),
         )
     photographs = {"test": whole.photographs["train"]} if whole.photographs else {}
     moved = Split((), (), whole.train, by=whole.by, seed=whole.seed, photographs=photographs)

@@ -18,7 +18,7 @@ from tactogram.datasets import (
     part_examples,
     whole_photographs,
 )
-from tactogram.errors import LeakError, ParameterError, RunError
+from tactogram.errors import LeakError, ParameterError, Remedy, RunError
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure, losses_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText
@@ -48,7 +48,7 @@ def evaluate_run(
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return the figures of `tactogram.evaluate` and the sections of its report, without writing either."""
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    settings = validated(EvaluationSettings, evaluation or {}, where="`evaluation`")
+    settings = validated(EvaluationSettings, evaluation or {}, where="evaluation")
     by_ratings = (
         loaded.facts.task == "prediction" or loaded.facts.learns_from == "both" or generates_images(loaded)
     )
@@ -73,10 +73,13 @@ def _check_rated(loaded: LoadedRun, data: Path | str | None, unknown: bool, rate
     """Refuse options that make no sense for a model of ratings."""
     predicts = loaded.facts.task == "prediction"
     if unknown:
-        raise ParameterError(f"{loaded.run.name}: `unknown` is for models that classify materials; omit it")
+        problem = "is for models that classify materials; omit it"
+        raise ParameterError(loaded.run.name, problem, parameter="unknown")
     if data is not None and not predicts:
         raise ParameterError(
-            f"{loaded.run.name}: {loaded.facts.name} is evaluated on the ratings of its own data; omit `data`"
+            loaded.run.name,
+            f"{loaded.facts.name} is evaluated on the ratings of its own data",
+            remedy=Remedy("omit", "data"),
         )
     if rater is not None and predicts:
         raise _no_words(loaded)
@@ -84,7 +87,9 @@ def _check_rated(loaded: LoadedRun, data: Path | str | None, unknown: bool, rate
 
 def _no_words(loaded: LoadedRun) -> ParameterError:
     return ParameterError(
-        f"{loaded.run.name}: `rater` scores generators conditioned on words; {loaded.facts.name} is none"
+        loaded.run.name,
+        f"scores generators conditioned on words; {loaded.facts.name} is none",
+        parameter="rater",
     )
 
 
@@ -180,7 +185,9 @@ def _test_examples(loaded: LoadedRun, data: Path | str | None, unknown: bool) ->
     if data is None:
         store, split = test_part(loaded.run)
         if not split.test:
-            raise ParameterError(f"{loaded.run.name}: kept no recordings for testing; give `data`")
+            raise ParameterError(
+                loaded.run.name, "kept no recordings for testing", remedy=Remedy("give", "data")
+            )
         left_out = tuple(
             Segment(info.id)
             for info in store.index
@@ -192,7 +199,11 @@ def _test_examples(loaded: LoadedRun, data: Path | str | None, unknown: bool) ->
         parts = replace(split, test=(*split.test, *left_out)) if left_out else split
         return part_examples(store, parts, "test", loaded.as_trained, label=label), described
     if unknown:
-        raise ParameterError("`unknown` uses the materials left out of the run's own data; omit `data`")
+        raise ParameterError(
+            "uses the materials left out of the run's own data",
+            parameter="unknown",
+            remedy=Remedy("omit", "data"),
+        )
     store = open_store(data)
     split = Split.load(loaded.run.folder / "split.json")
     trained = {segment.id for segment in (*split.train, *split.validation)}
@@ -204,8 +215,9 @@ def _test_examples(loaded: LoadedRun, data: Path | str | None, unknown: bool) ->
     ):
         if both:
             raise LeakError(
-                f"{data}: {len(both)} {description} were trained on (first: {both[0]}); "
-                "evaluate on others, or omit `data` for the run's own test part"
+                data,
+                f"{len(both)} {description} were trained on (first: {both[0]})",
+                remedy=(Remedy("evaluate on others"), Remedy("for the run's own test part omit", "data")),
             )
     segments = [Segment(info.id) for info in store.index]
     photographs = every if split.photographs else None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Ratings
-from tactogram.errors import FailedTrainingError, ParameterError
+from tactogram.errors import FailedTrainingError, ParameterError, Remedy
 from tactogram.evaluation.ratings.reproduction import NEAREST, STRAIGHT
 from tactogram.evaluation.report import ReportSection, ReportTable, ReportText
 from tactogram.model import Example
@@ -76,7 +75,7 @@ def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> Wo
         try:
             made = loaded.generator.generate({"words": words, "vibration": example.signal}, seed=seed)
         except FailedTrainingError as error:
-            failed[item] = re.sub(r"; ask for.*", "", str(error))
+            failed[item] = error.message.problem
             continue
         if isinstance(made, Signal):
             signals[item] = made
@@ -107,16 +106,20 @@ def evaluate_rated_surfaces(
     """
     if rater is None:
         raise ParameterError(
-            f"{loaded.run.name}: {loaded.facts.name} is evaluated by rated signals; give `rater`, a run "
-            "of the model rater that was trained on the display signals (prepare.stream)"
+            loaded.run.name,
+            f"{loaded.facts.name} is evaluated by rated signals",
+            remedy=Remedy(
+                "give a run of the model rater trained on the display signals (prepare.stream) as", "rater"
+            ),
         )
     scorer = rater if isinstance(rater, LoadedRun) else load_run(rater)
     made = generate_rated_surfaces(loaded, seed=seed)
     scale = (made.ratings.scale.low, made.ratings.scale.high)
     if scorer.any_kind.scale != scale:
         raise ParameterError(
-            f"{scorer.run.name}: `rater` must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}; "
-            f"got {scorer.any_kind.scale}"
+            scorer.run.name,
+            f"must score on the scale of the surfaces, {scale[0]:g} to {scale[1]:g}, got {scorer.any_kind.scale}",
+            parameter="rater",
         )
     name = loaded.run.name
     kinds = {STRAIGHT: made.straight, NEAREST: made.nearest, name: made.signals}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Recording
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.model import Condition
 from tactogram.signal import Signal
 from tactogram.signal.io import read_image, read_signal
@@ -94,7 +94,7 @@ def described_surfaces(
     ]
     if twice := [name for name in names if names.count(name) > 1]:
         raise ParameterError(
-            f"recordings, photographs, materials and `words` must have different names, got {twice[0]!r} twice"
+            f"recordings, photographs, materials and words must have different names, got {twice[0]!r} twice"
         )
     for file in map(Path, recordings):
         recording = read_signal(file, **reading)
@@ -107,7 +107,8 @@ def described_surfaces(
         asked = {"words": some_words(loaded, words)}
         found[WORDS], limited = within(loaded, asked), [*limited, *map(str, limits(loaded, asked))]
     if not found:
-        raise ParameterError("give a recording of a surface, `images`, `materials` or `words`")
+        others = (Remedy("", name) for name in ("images", "materials", "words"))
+        raise ParameterError("nothing to clone", remedy=(Remedy("give a recording of a surface"), *others))
     return found, limited
 
 

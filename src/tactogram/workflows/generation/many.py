@@ -90,7 +90,7 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
             for number, cells in read_table(path)
         ]
     if not numbered:
-        raise DataError(f"{path}: must have a condition in each row (TOML: [[condition]]), found none")
+        raise DataError(path, "must have a condition in each row (TOML: [[condition]]), found none")
     width, rows, columns = len(str(len(numbered))), [], _columns()
     for place, (number, values) in enumerate(numbered, start=1):
         where = f"{path}: row {number}"
@@ -98,7 +98,7 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
         try:
             check_options(stated)
         except ParameterError as error:
-            raise DataError(f"{where}: {error}") from error
+            raise DataError(where, error) from error
         own = {name: stated.pop(name, None) for name in ("file", "seconds", "seed")}
         for name, (_, option) in condition_options().items():
             if option.file and name in stated and stated[name] != SIMULATED:
@@ -107,7 +107,7 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
             ConditionRow(own["file"] or f"{place:0{width}}{suffix}", stated, own["seconds"], own["seed"])
         )
     if len({row.file for row in rows}) < len(rows):
-        raise DataError(f"{path}: every row must have a file of its own")
+        raise DataError(path, "every row must have a file of its own")
     return rows
 
 
@@ -199,5 +199,5 @@ def _made(chunk: _Chunk) -> dict[str, Any]:
                 options=row.options,
             )
         except TactogramError as error:
-            raise ParameterError(f"{row.file}: {error}") from error
+            raise ParameterError(row.file, error) from error
     return {"files": files}

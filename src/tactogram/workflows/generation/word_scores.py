@@ -10,7 +10,7 @@ import numpy as np
 
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.datasets.ratings.words import word_of
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.workflows.training.loaded_run import LoadedRun
 
 Rest = Literal["mean"]
@@ -75,7 +75,9 @@ def ask(
     given = _checked(words or {}, names)
     missing = [word for word in names if word not in given]
     if rest is not None and like is not None:
-        raise ParameterError("`rest` and `like` both fill missing scores; give one")
+        raise ParameterError(
+            "must fill missing scores alone", parameter="rest", remedy=Remedy("omit", "like")
+        )
     if not missing or (rest is None and like is None and not any(map(needs_words, runs))):
         return WordRequest(given)
     if like is not None:
@@ -84,8 +86,12 @@ def ask(
         means, source = _of_all(runs)
     elif rest is None:
         raise ParameterError(
-            f"scores are missing for {', '.join(missing)}: give them in `words`, or fill them with `rest` mean or "
-            "with `like`"
+            f"scores are missing for {', '.join(missing)}",
+            remedy=(
+                Remedy("give them in", "words"),
+                Remedy("fill them with", "rest", "mean"),
+                Remedy("with", "like"),
+            ),
         )
     else:
         raise ParameterError.must("rest", "be mean", rest)
@@ -180,7 +186,8 @@ def _of_all(runs: Sequence[LoadedRun]) -> tuple[dict[str, float], str]:
         if means := list(rated_means(run).values()):
             every = {word: float(np.mean([m[word] for m in means])) for word in run.any_kind.words}
             return every, f"mean over the {len(means)} rated items of {run.run.name}{_simulated(run)}"
-    raise ParameterError("`rest` mean needs a run that holds rated items; give all words in `words`")
+    remedy = Remedy("give all words in", "words")
+    raise ParameterError("mean needs a run that holds rated items", parameter="rest", remedy=remedy)
 
 
 def _simulated(run: LoadedRun) -> str:

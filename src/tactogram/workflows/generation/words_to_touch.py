@@ -69,14 +69,13 @@ def generate_from_words(
     files = _files(loaded, out)
     recording = None if vibration is None else read_signal(vibration, **reading or {})
     if recording is not None and not any("vibration" in run.facts.conditions for run in loaded):
-        raise ParameterError(
-            f"`vibration`: no run starts from one ({', '.join(run.run.name for run in loaded)})"
-        )
+        others = ", ".join(run.run.name for run in loaded)
+        raise ParameterError.must("vibration", f"be omitted: no run starts from one ({others})")
     if seconds is not None and all(run.facts.gives == "image" for run in loaded):
-        raise ParameterError("`seconds` is for signals; an image has no length")
+        raise ParameterError("is for signals; an image has no length", parameter="seconds")
     for rater in rater_models:
         if rater.facts.task != "prediction":
-            raise ParameterError(f"`raters`: {rater.facts.name} of {rater.run.name} gives no scores")
+            raise ParameterError.must("raters", f"give scores, unlike {rater.facts.name} of {rater.run.name}")
     made = [_made(run, request, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
     notes: list[dict[str, Any]] = []
     for number, pieces in enumerate(zip(*made, strict=True), start=1):
@@ -131,9 +130,8 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
         raise ParameterError.must("out", f"be a folder for {len(runs)} runs", out)
     wanted = suffixes_for(gives[0])
     if out.suffix.lower() not in wanted:
-        raise ParameterError(
-            f"`out` for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"
-        )
+        problem = f"for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"
+        raise ParameterError(problem, parameter="out")
     return [out]
 
 
@@ -221,5 +219,5 @@ def _predicted(
             }
     if not found:
         names = ", ".join(rater.run.name for rater in rater_models)
-        raise ParameterError(f"`raters`: {names} can score none of the results")
+        raise ParameterError(f"can score none of the results: {names}", parameter="raters")
     return found

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from annotated_types import Gt, Le
 
-from tactogram.errors import ParameterError, UnitError
+from tactogram.errors import ParameterError, Remedy, UnitError
 from tactogram.parameters import Count, Positive, Settings, checked
 
 if TYPE_CHECKING:
@@ -163,7 +163,8 @@ def render(
     if calibration is not None:
         known = calibrated_display(known, calibration, person, kept=changes or {})
     elif person is not None:
-        raise ParameterError("`person` chooses among the people of `calibration`: give both")
+        remedy = Remedy("give it with", "calibration")
+        raise ParameterError("chooses among the people of a calibration", parameter="person", remedy=remedy)
     signal = read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
     wanted = parse_level(level) if isinstance(level, str) else level
     drive = fit(signal, known, level=wanted, axes=how, speed_mm_s=speed_mm_s)
@@ -198,7 +199,8 @@ def calibrated_display(
     found = calibration_of(calibration, person)
     constants = found.settings()
     if both := [key for key in kept if key.removeprefix(f"{family.name}.") in constants]:
-        raise ParameterError(f"{both[0]} comes from {calibration}: omit `changes` or `calibration`")
+        remedies = Remedy("omit", "changes"), Remedy("", "calibration")
+        raise ParameterError(f"{both[0]} comes from {calibration}", remedy=remedies)
     settings = {**display.settings.model_dump(), **constants}
     checked = validated(family.settings, settings, where=f"{calibration}: {found.person}")
     return display.of(settings=checked)
@@ -333,7 +335,7 @@ def write_identified(
     sweep = read_signal(played)
     band = band or read_metadata(played).get("band")
     if band is None:
-        raise ParameterError(f"{played} does not state the band it sweeps: give `band`")
+        raise ParameterError(played, "does not state the band it sweeps", remedy=Remedy("give", "band"))
     reading: dict[str, Any] = {
         "unit": unit,
         "rate": rate,
@@ -347,7 +349,8 @@ def write_identified(
         recordings = [recording.select(axis) for recording in recordings]
     for file, recording in zip(recorded, recordings, strict=True):
         if len(recording.axes) > 1:
-            raise ParameterError(f"{file} has axes {', '.join(recording.axes)}: choose one with `axis`")
+            remedy = Remedy("choose one with", "axis")
+            raise ParameterError(file, f"has axes {', '.join(recording.axes)}", remedy=remedy)
     low, high = band
     found = identify(
         sweep.select(sweep.axes[0]), recordings[0], band=(low, high), repeats=tuple(recordings[1:])

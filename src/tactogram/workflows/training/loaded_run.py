@@ -9,7 +9,7 @@ from typing import Any
 
 from tactogram import models
 from tactogram.datasets import Split, Store, open_store
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import ParameterError, Remedy, RunError
 from tactogram.model import Condition, ImageKind, Kind, Model, ModelConfig, SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.signal import Image, Signal
@@ -201,11 +201,14 @@ def test_part(run: Run) -> tuple[Store, Split]:
     try:
         store = open_store(facts["path"])
     except Exception as error:
-        raise RunError(f"{run.folder}: its data is not at {facts['path']} any more; give `data`") from error
+        raise RunError(
+            run.folder, f"its data is not at {facts['path']} any more", remedy=Remedy("give", "data")
+        ) from error
     split = Split.load(run.folder / "split.json")
     if missing := [s.id for part in split.parts.values() for s in part if s.id not in store]:
         raise RunError(
-            f"{facts['path']}: {len(missing)} recordings of the run are gone from it (first: {missing[0]}); "
-            "give `data`, with other recordings"
+            facts["path"],
+            f"{len(missing)} recordings of the run are gone from it (first: {missing[0]})",
+            remedy=Remedy("give other recordings as", "data"),
         )
     return store, split

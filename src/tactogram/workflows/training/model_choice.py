@@ -21,9 +21,8 @@ def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tu
     """
     has = {"photograph": bool(store.photographs_by_material), "words": store.ratings is not None}
     if not has.get(purpose, True):
-        raise ParameterError(
-            f"`purpose` {purpose} needs a store with {_NEEDED[purpose]}, {store.path} has none"
-        )
+        problem = f"{purpose} needs a store with {_NEEDED[purpose]}, {store.path} has none"
+        raise ParameterError(problem, parameter="purpose")
     if not len(store):
         return FLOW, "image", "generates images, from any words"
     first = store.index[0].id

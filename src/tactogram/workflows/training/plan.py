@@ -24,7 +24,7 @@ from tactogram.datasets import (
     split_photographs,
 )
 from tactogram.datasets.splits.split import By
-from tactogram.errors import DataError, ParameterError, RunError
+from tactogram.errors import DataError, ParameterError, Remedy, RunError
 from tactogram.model import Example, ModelConfig
 from tactogram.recipe import Recipe, run_id
 from tactogram.workflows.training.rated_examples import TEST_SHARE, VALIDATION_SHARE, RatingData
@@ -135,11 +135,13 @@ def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence
     try:
         store = open_store(path)
     except DataError as error:
-        raise RunError(f"{run.folder}: its data is not at {path}; give `data`: {error}") from error
+        problem = f"its data is not at {path}: {error}"
+        raise RunError(run.folder, problem, remedy=Remedy("give", "data")) from error
     if store.sha256 != begun["sha256"]:
         raise RunError(
-            f"{run.folder}: {path} has changed since the run began; give the unchanged data set as `data`, "
-            "or start another run"
+            run.folder,
+            f"{path} has changed since the run began",
+            remedy=(Remedy("start another run"), Remedy("give the unchanged data set as", "data")),
         )
     folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
     facts = models.find(recipe.model, folders).of(images=not len(store))
@@ -155,11 +157,10 @@ def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int,
     if split.startswith("last="):
         number = split.removeprefix("last=")
         if not number.isdecimal():
-            raise ParameterError(f"`split` last=N needs a number of recordings, got {split!r}")
+            raise ParameterError.must("split", "have a number of recordings in last=N", split)
         if by != "recording":
-            raise ParameterError(
-                f"`split` last=N goes by recording and cannot keep {by}s together; omit `split` or `by`"
-            )
+            problem = f"last=N goes by recording and cannot keep {by}s together"
+            raise ParameterError(problem, parameter="split", remedy=Remedy("omit it or", "by"))
         # The recording before these, if there are enough, calibrates "none of these".
         fewest = min(Counter(info.material for info in index).values())
         return split_last(index, int(number), validation=int(fewest > int(number) + 1))
@@ -177,7 +178,7 @@ def block_splits(
     config: ModelConfig,
     *,
     blocks: int,
-    remedy: str = "record longer, or use `split=all`",
+    remedy: Remedy = Remedy("record longer, or use", "split", "all"),  # noqa: B008 - frozen
 ) -> list[Split]:
     """Return a split for each of ``blocks`` contiguous parts of every recording, one window apart from the others."""
     stream = recipe.prepare.stream_of(tuple(store.streams))
@@ -185,7 +186,8 @@ def block_splits(
     gap = config.input_samples / recipe.prepare.rate_of(store.rate(index[0].id, stream))
     if (shortest := min(seconds.values())) < 3 * gap * blocks:
         raise ParameterError(
-            f"{blocks} blocks of a recording need at least {3 * gap * blocks:.3g} s, got {shortest:.3g} s; {remedy}"
+            f"{blocks} blocks of a recording need at least {3 * gap * blocks:.3g} s, got {shortest:.3g} s",
+            remedy=remedy,
         )
     return contiguous_blocks(index, seconds, blocks=blocks, gap_s=gap)
 
@@ -196,7 +198,8 @@ def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo
     nameless = [info for info in named if info.material is None]
     if nameless:
         name = nameless[0].source or nameless[0].id
-        raise ParameterError(f"recording {name} has no {label}: exclude it with `where`")
+        remedy = Remedy("exclude it with", "where")
+        raise ParameterError(f"recording {name} has no {label}", remedy=remedy)
     return named
 
 

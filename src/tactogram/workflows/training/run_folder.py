@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from tactogram.errors import RunError
+from tactogram.errors import Remedy, RunError
 from tactogram.training.run import Run
 from tactogram.workflows.training.plan import TrainingPlan
 from tactogram.workflows.training.run_lock import check_idle
@@ -20,11 +20,13 @@ def claim_run(run: Run, identity: str, resume: bool) -> None:
         run.check_free()
         return
     if not (run.folder / "recipe.toml").exists():
-        raise RunError(f"{run.folder}: nothing to resume here; omit `resume` to start a run")
+        remedy = Remedy("to start a run, omit", "resume")
+        raise RunError(run.folder, "nothing to resume here", remedy=remedy)
     if run.data["run_id"] != identity:
         raise RunError(
-            f"{run.folder}: was begun with another recipe, split or data; resume with the same ones, "
-            "or choose another `out`"
+            run.folder,
+            "was begun with another recipe, split or data",
+            remedy=(Remedy("resume with the same ones"), Remedy("choose another", "out")),
         )
     check_idle(run.folder)
 

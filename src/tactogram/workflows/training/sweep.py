@@ -74,7 +74,7 @@ def sweep(
     if engine != "ray":
         raise ParameterError.must("on", "be ray or ray:ADDRESS for a sweep", on)
     if out is None:
-        raise ParameterError("out must be a folder for a sweep, got none", parameter="out")
+        raise ParameterError.must("out", "be a folder for a sweep, got none")
     space, folder = SearchSpace.load(Path(space_file)), Path(out).absolute()
     check_writable(folder, folder=True)
     plan = planned(request)  # refuses what no trial could do

@@ -183,7 +183,8 @@ def materials_of(store: Store) -> dict[str, str]:
     }
     if missing := [name for name, material in found.items() if not material]:
         raise DataError(
-            f"{store.path}: must have the nine textures of Saga et al., found none called "
-            + ", ".join(f"{name} or {IN_RECORDINGS[name]}" for name in missing)
+            store.path,
+            "must have the nine textures of Saga et al., found none called "
+            + ", ".join(f"{name} or {IN_RECORDINGS[name]}" for name in missing),
         )
     return found

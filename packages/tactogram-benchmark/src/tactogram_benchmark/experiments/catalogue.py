@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.parameters import Count, Settings, checked
 from tactogram.text_files import read_json
 
@@ -117,18 +117,16 @@ def reproduce(
     run = import_module(f"{package}.{name}").run
     available = [p.name for p in inspect.signature(run).parameters.values() if p.default is not p.empty]
     if data and "data" not in available:
-        raise ParameterError(
-            f"{name} takes no `data`; its options: {', '.join(available) or 'none'}, got {data!r}"
-        )
+        remedy = f"it takes only {', '.join(available) or 'none'}"
+        raise ParameterError.must("data", f"be omitted for {name}", data, remedy=remedy)
     for key in options or {}:
         if key not in available:
-            raise ParameterError(
-                f"option of {name} must be one of {', '.join(available) or 'none'}, got {key!r}"
-            )
+            raise ParameterError.one_of(f"option of {name}", available or ["none"], key)
     workers: dict[str, Any] = {"on": on} if on else {}
     workers |= {} if processes is None else {"processes": processes}
     if workers and "on" not in available:
-        raise ParameterError(f"{name} has no independent trainings for workers: omit `on` and `processes`")
+        problem = f"{name} has no independent trainings for workers"
+        raise ParameterError(problem, remedy=Remedy("omit", "on" if on else "processes"))
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)

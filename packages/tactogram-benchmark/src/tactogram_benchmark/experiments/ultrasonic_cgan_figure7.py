@@ -151,7 +151,7 @@ def chosen_groups(groups: str) -> list[str]:
     """Return the named groups in the paper's order."""
     names = listed(groups, GROUPS, "groups")
     if not names:
-        raise ParameterError(f"groups must be some of {', '.join(GROUPS)}, got none", parameter="groups")
+        raise ParameterError.must("groups", f"be some of {', '.join(GROUPS)}, got none")
     return [name for name in GROUPS if name in names]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from tactogram.cli.printing import columns
 from tactogram.datasets import draw_people, score_vibrations
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.evaluation import NEAREST, STRAIGHT, SelectionRule, choose, reproduction, smoothed
 from tactogram.models.ultrasonic_cgan import Config, clusters_of, tree_of
 from tactogram.signal import Signal
@@ -100,7 +100,7 @@ def run(
         }
         made[plates_in] = generate_rated_surfaces(out)
     if not clusters:
-        raise ParameterError(f"{folder}: must hold a finished run for `finished`, got none")
+        raise ParameterError(folder, "must hold a finished run, got none", remedy=Remedy("omit", "finished"))
     result: dict[str, Any] = {
         **facts_of(store),
         "recipe": recipe,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from tactogram.datasets import part_examples
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import ParameterError, Remedy, RunError
 from tactogram.signal import Signal
 from tactogram.workflows import LoadedRun, SurfaceIndex, prediction_limit, surface_vector, test_part
 from tactogram_capture.live.recognition import Classification
@@ -38,7 +38,8 @@ class LiveClassifier:
         least = loaded.config.input_samples + 2
         if window_s is None and least == 2:
             raise ParameterError(
-                f"{loaded.facts.name} does not state the length of its input: give `window`, in seconds"
+                f"{loaded.facts.name} does not state the length of its input",
+                remedy=Remedy("give its seconds as", "window"),
             )
         self.window_s = least / rate if window_s is None else window_s
         if round(self.window_s * rate) < least:

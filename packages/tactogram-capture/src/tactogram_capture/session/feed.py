@@ -141,7 +141,7 @@ class Feed:
         measured, rate = self.measured_rate, self.rate
         if rate is None:
             raise DataError(
-                f"{self.source.name}: the rate is still unknown; let the source run for some seconds"
+                self.source.name, "the rate is still unknown; let the source run for some seconds"
             )
         samples = joined(self._buffer, start=start, stop=stop)
         hz = None if measured is None else measured["hz"]

@@ -43,7 +43,7 @@ class Journal:
             raise
         if not free:
             file.close()
-            raise DataError(f"{self.folder}: another process uses this session; end it first")
+            raise DataError(self.folder, "another process uses this session; end it first")
         self._file = file
         return self
 
@@ -99,6 +99,6 @@ class Journal:
         for number, line in enumerate(whole.splitlines(), 1):
             entry = parse_json(line, f"{self.path}: line {number}")
             if not isinstance(entry, dict) or "event" not in entry:
-                raise DataError(f"{self.path}: line {number} must be an event, got {line[:60]!r}")
+                raise DataError(self.path, f"line {number} must be an event, got {line[:60]!r}")
             events.append(entry)
         return events

@@ -76,8 +76,9 @@ def progress_of(plan: SessionPlan, session: str, journal: Journal, store: Store 
             if not taken and not journal.of("skipped"):
                 return SessionProgress(trials, frozenset(), frozenset())
             raise DataError(
-                f"{journal.folder}: session {session!r} was begun with another plan; continue with that plan "
-                f"(recorded in {journal.path}), or choose another name for the session"
+                journal.folder,
+                f"session {session!r} was begun with another plan; continue with that plan "
+                f"(recorded in {journal.path}), or choose another name for the session",
             )
         # The recorded order: another version of numpy may draw another order from the same seed.
         trials = tuple(PlannedTake(**entry) for entry in begun[-1]["order"])

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from tactogram.errors import Message, Remedy
 from tactogram.signal import parse_unit
 from tactogram.signal.io import (
     RawTable,
@@ -210,7 +211,7 @@ class BoardColumns:
 def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, place: Path) -> BoardColumns:
     """Return the columns of lines, by their headings and the first rows, float64, shape (row, column).
 
-    A `DataError` that begins with ``place`` says what to state if there are two plausible readings; a `ParameterError`
+    A `DataError` says what to state if there are two plausible readings; a `ParameterError`
     or `UnitError` that ``form`` does not fit the lines.
     """
     table = RawTable(place, head.headings, tuple(rows.T), units=head.units, named=head.named, brief=True)
@@ -234,9 +235,8 @@ def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, p
         notes.append(note)
     for other in others:
         listed = ",".join(head.headings[i] for i in other.places)
-        notes.append(
-            f"left out: {listed} ({other.name.replace('_', ' ')}); `axes={listed}` reads them instead"
-        )
+        left = f"left out: {listed} ({other.name.replace('_', ' ')})"
+        notes.append(Message(left, Remedy("to read them instead,", "axes", listed)))
     return BoardColumns(
         roles.time,
         head.headings[roles.time or 0],

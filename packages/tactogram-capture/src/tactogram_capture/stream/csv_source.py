@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import shlex
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError
+from tactogram.errors import DataError, Message, Remedy
 from tactogram.signal import TIME_UNITS, parse_unit
 from tactogram_capture.source import Block
 from tactogram_capture.stream.byte_source import BAUD, ByteSource, ByteStream
@@ -109,10 +108,11 @@ class CsvSource(ByteSource):
         if rows > self.parser.before + sum(self.parser.rejected.values()):
             return f"{rows} lines of numbers do not suffice to tell the columns: print more often"
         baud = getattr(self.form, "baud", BAUD)
-        return self._advised(
-            f"what arrives is not lines of numbers: is {baud} the baud rate of the sketch's Serial.begin? If not, "
-            f"state that, e.g. `baud={9600 if baud == BAUD else BAUD}`"
+        stated = Remedy("If not, state that, e.g.", "baud", 9600 if baud == BAUD else BAUD)
+        question = (
+            f"what arrives is not lines of numbers: is {baud} the baud rate of the sketch's Serial.begin?"
         )
+        return self._advised(Message(question, stated))
 
     def _parse(self, data: bytes, arrival_s: float) -> Block | None:
         self._bytes += len(data)
@@ -164,26 +164,30 @@ class CsvSource(ByteSource):
         try:
             found = columns_of(self.parser.head(), rows, self.form, place=Path(self._stream.name))
         except DataError as error:
-            raise self._refusal(str(error)) from None
+            raise self._refusal(error.message) from None
         self._columns, self._time, self._tick_s = found, found.time, found.tick_s
         self.axes, self.unit = found.axes, found.unit
         self.notes = tuple(map(self._advised, found.notes))
         if self.rate is None and found.period_s is not None:
             self.rate = 1 / found.period_s
 
-    def _refusal(self, text: str) -> DataError:
-        return DataError(self._advised(f"{self._stream.name}: {text.removeprefix(f'{self._stream.name}: ')}"))
+    def _refusal(self, message: Message) -> DataError:
+        return DataError(self._advised(Message(message, place=self._stream.name)))
 
-    def _advised(self, text: str) -> str:
-        """Return a text in which options in backquotes (``unit=g``) are this source's address with them."""
+    def _advised(self, message: str) -> str:
+        """Return a message in which arguments with values are this source's address with them."""
 
-        def address(found: re.Match[str]) -> str:
-            place, _, query = self.name.partition("?")
-            kept = [one for one in query.split("&") if one and not one.startswith(("log=", f"{found[1]}="))]
-            return f"`{shlex.quote(f'{place}?' + '&'.join([*kept, found[0][1:-1]]))}`"
+        def address(remedy: Remedy) -> str:
+            port, _, query = self.name.partition("?")
+            option = f"{remedy.parameter}="
+            kept = [one for one in query.split("&") if one and not one.startswith(("log=", option))]
+            said = f"`{shlex.quote(f'{port}?' + '&'.join([*kept, f'{option}{remedy.value}']))}`"
+            return str(remedy) if remedy.value is None else f"{remedy.advice} {said}"
 
         # Other names are those of files, whose options the command line has.
-        return re.sub(r"`(\w+)=[^`]+`", address, text) if self.name.startswith(("serial:", "log:")) else text
+        if isinstance(message, Message) and self.name.startswith(("serial:", "log:")):
+            return message.in_words(address)
+        return message
 
     def _compare(self, arrival: float) -> None:
         """Raise a `DataError` if the board's time is so far from the arrivals that its unit must be another."""
@@ -197,10 +201,13 @@ class CsvSource(ByteSource):
         ratio = seconds / arrived
         if max(ratio, 1 / ratio) > MOST_APART:
             apart = {u: abs(math.log(s * ratio / self._tick_s)) for u, s in TIME_UNITS.items()}
+            likely = f"{self._columns.time_name} [{min(apart, key=apart.__getitem__)}]"
             raise self._refusal(
-                f"the time in column {self._columns.time_name} runs {ratio:.3g} times as fast as this computer's: "
-                f"state its unit, `time={self._columns.time_name} [{min(apart, key=apart.__getitem__)}]`, or that it "
-                "is none, `time=none`"
+                Message(
+                    f"the time in column {self._columns.time_name} runs {ratio:.3g} times as fast as this computer's",
+                    Remedy("state its unit,", "time", likely),
+                    Remedy("that it is none,", "time", "none"),
+                )
             )
 
     def _timed(self, row: list[float]) -> list[NDArray[np.float64]]:
@@ -234,8 +241,11 @@ class CsvSource(ByteSource):
         stray = self.parser.rejected["stray time"] + self.clock_restarts
         if self._columns is not None and self._columns.guessed and stray > 3 + MOST_STRAY * self.received:
             raise self._refusal(
-                f"column {self._columns.time_name}, taken for the time since it rose, also falls: if it is an axis, "
-                f"state `time=none`, else `time={self._columns.time_name}`"
+                Message(
+                    f"column {self._columns.time_name}, taken for the time since it rose, also falls",
+                    Remedy("if it is an axis, state", "time", "none"),
+                    Remedy("else", "time", self._columns.time_name),
+                )
             )
 
     def _placed(self, row: list[float]) -> list[NDArray[np.float64]]:

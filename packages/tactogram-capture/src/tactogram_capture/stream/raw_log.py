@@ -186,4 +186,4 @@ def _opened(path: Path) -> Any:
 
 
 def _log_error(path: Path | str, problem: str, error: Exception) -> DataError:
-    return DataError(f"{path}: the log {problem} ({getattr(error, 'strerror', None) or error})")
+    return DataError(path, f"the log {problem} ({getattr(error, 'strerror', None) or error})")

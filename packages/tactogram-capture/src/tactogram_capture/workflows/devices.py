@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DeviceError, MissingExtraError, ParameterError
+from tactogram.errors import DeviceError, MissingDriverError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
 from tactogram.parameters import checked
 from tactogram.rendering import opened_card
@@ -85,11 +85,10 @@ def try_device(name: str) -> dict[str, Any]:
     state: State
     try:
         state, line, facts = _TESTS[name]() if name in _TESTS else _source(name)
-    except MissingExtraError as error:
+    except (MissingExtraError, MissingDriverError) as error:
         state, line, facts = "missing", str(error), {}
     except DeviceError as error:
-        needs = "was not found" in str(error) or "needs" in str(error)
-        state, line, facts = "missing" if needs else "no hardware", str(error), {}
+        state, line, facts = "no hardware", str(error), {}
     return {
         "device": name,
         "state": state,

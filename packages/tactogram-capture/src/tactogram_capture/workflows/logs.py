@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from annotated_types import Ge
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.parameters import Settings, checked
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def capture_log(
 
     path = Path(path)
     if data is not None and not material:
-        raise ParameterError("a recording in a store needs a material; give `material`")
+        raise ParameterError("a recording in a store needs a material", remedy=Remedy("give", "material"))
     if rate is not None:
         check_rate(rate)
     logged = _read(path, kind, dict(options or {}))
@@ -112,7 +112,7 @@ def capture_log(
     }
     if not any(signals for *_, signals in extracted) and (out is not None or data is not None):
         raise DataError(
-            f"{path}: no piece between two gaps is {least_s:g} s long; fill them, or use shorter ones"
+            path, f"no piece between two gaps is {least_s:g} s long; fill them, or use shorter ones"
         )
     if out is not None:
         _write(Path(out), extracted, path)
@@ -145,7 +145,8 @@ def _extracted(
 
     hz = rate_of(None if one.rate is None else one.rate.facts(), rate)
     if hz is None:
-        raise DataError(f"{path}: has no times, or too few, to measure the rate of {one.name}; give `rate`")
+        problem = f"has no times, or too few, to measure the rate of {one.name}"
+        raise DataError(path, problem, remedy=Remedy("give", "rate"))
     how, short = None, 0
     if most_s is not None:
         signal, how = filled(one.samples, hz, one.unit, one.axes, most_s=most_s)

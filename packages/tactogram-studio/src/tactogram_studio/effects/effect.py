@@ -155,7 +155,7 @@ def effect_from_json(text: str, *, where: str) -> Effect:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         place = ".".join(map(str, first["loc"])) or "document"
-        raise DataError(f"{where}: not an effect: {place}: {first['msg']}") from None
+        raise DataError(where, f"not an effect: {place}: {first['msg']}") from None
 
 
 AMPLITUDE_STEP, FREQUENCY_STEP_HZ = 0.02, 5.0

@@ -117,7 +117,7 @@ class WrittenFiles:
             try:
                 file = read_haptic(part / safe)
             except DataError as error:
-                raise DataError(str(error).replace(f"{part}/", "")) from None
+                raise DataError(error.message.replace(f"{part}/", "")) from None
             read.append(file)
             return {
                 "file": safe,
@@ -143,7 +143,7 @@ class WrittenFiles:
                 tuple(map(str, facts["told"])),
             )
         except (KeyError, TypeError):
-            raise DataError(f"{folder / FACTS}: damaged; write the file again") from None
+            raise DataError(folder / FACTS, "damaged; write the file again") from None
 
     def _add(self, write: Callable[[Path], dict[str, Any]]) -> WrittenFile:
         def write_all(part: Path) -> None:

@@ -54,7 +54,7 @@ class Certificate:
             context.load_cert_chain(self.file, self.key, password="")
         except ssl.SSLError as error:
             reason = (error.reason or str(error)).lower().replace("_", " ")
-            raise DataError(f"{self.file}: cannot be used for TLS ({reason}); make another") from None
+            raise DataError(self.file, f"cannot be used for TLS ({reason}); make another") from None
         return context
 
 
@@ -71,15 +71,15 @@ def load_certificate(file: Path, key: Path, *, now: datetime | None = None) -> C
     try:
         private_key = load_pem_private_key(secret, password=None)
     except TypeError:
-        raise DataError(f"{key}: is locked by a password; use a key without one") from None
+        raise DataError(key, "is locked by a password; use a key without one") from None
     except Exception as error:  # of several kinds, depending on the damage
-        raise DataError(f"{key}: not a private key in PEM format; name the key of {file}") from error
+        raise DataError(key, f"not a private key in PEM format; name the key of {file}") from error
     if private_key.public_key() != parsed.public_key():
-        raise DataError(f"{key}: is not the key of {file}; use the two that were made together")
+        raise DataError(key, f"is not the key of {file}; use the two that were made together")
     now = now or datetime.now(UTC)
     since, until = parsed.not_valid_before_utc, parsed.not_valid_after_utc
     if not since <= now <= until:
-        raise DataError(f"{file}: valid from {since:%Y-%m-%d} to {until:%Y-%m-%d}, not now; renew it")
+        raise DataError(file, f"valid from {since:%Y-%m-%d} to {until:%Y-%m-%d}, not now; renew it")
     certificate = _certificate(parsed, file, key, self_signed=False)
     certificate.context()
     return certificate
@@ -110,9 +110,7 @@ def self_signed_certificate(path: Path, names: Sequence[str], *, now: datetime |
         _make(path, names, now)
         return _certificate(_parsed(path, path.read_bytes()), path, path, self_signed=True)
     except OSError as error:
-        raise DataError(
-            f"{path}: the certificate can neither be read nor created: {error.strerror}"
-        ) from error
+        raise DataError(path, f"the certificate can neither be read nor created: {error.strerror}") from error
 
 
 def _make(path: Path, names: Sequence[str], now: datetime) -> None:
@@ -150,9 +148,9 @@ def _read(path: Path, what: str) -> bytes:
     try:
         return path.read_bytes()
     except FileNotFoundError:
-        raise DataError(f"{path}: no such file; expected the {what} in PEM format") from None
+        raise DataError(path, f"no such file; expected the {what} in PEM format") from None
     except OSError as error:
-        raise DataError(f"{path}: the {what} cannot be read: {error.strerror}") from None
+        raise DataError(path, f"the {what} cannot be read: {error.strerror}") from None
 
 
 def _parsed(path: Path, pem: bytes) -> ParsedCertificate:
@@ -161,7 +159,7 @@ def _parsed(path: Path, pem: bytes) -> ParsedCertificate:
     try:
         return x509.load_pem_x509_certificates(pem)[0]
     except ValueError:
-        raise DataError(f"{path}: not a certificate in PEM format (-----BEGIN CERTIFICATE-----)") from None
+        raise DataError(path, "not a certificate in PEM format (-----BEGIN CERTIFICATE-----)") from None
 
 
 def _certificate(parsed: ParsedCertificate, file: Path, key: Path, *, self_signed: bool) -> Certificate:

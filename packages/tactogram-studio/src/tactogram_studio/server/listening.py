@@ -178,7 +178,7 @@ def _listener(host: str, port: int) -> socket.socket:
     if not 0 <= port <= 65535:
         raise ParameterError.must("port", "be 0 to 65535", port)
     if not host:
-        raise ParameterError("host must be a name or address of this machine, got nothing", parameter="host")
+        raise ParameterError.must("host", "be a name or address of this machine, got nothing")
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     address = _address(host, family)
     both = host == "::" and socket.has_dualstack_ipv6()

@@ -16,20 +16,16 @@ import tomli_w
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal.io import atomic_write, write_text
 from tactogram.text_files import parse_toml, read_text
-from tactogram.validation import Fault
-from tactogram_studio.study_draft.fields import Place, text_default
+from tactogram.validation import Fault, place_of
+from tactogram_studio.study_draft.fields import Place
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_study.study_file import NAME, Study, shipped_studies
+from tactogram_study.workflows.stimuli import stimulus_place
 from tactogram_study.workflows.studies import check_loaded
 
 STUDIES = "studies"
 """Folder of the workspace for copies of shipped studies."""
-LACKS = re.compile(r"([\w.{}:/-]+) lacks the language ([\w-]+);")
-NAMED = re.compile(r"([a-z_][\w.]*)(?:: | must | needs )")
-STIMULUS = re.compile(r"stimulus (.+?): ")
-CONDITION = re.compile(r"grid: by_condition\.(.+?): ")
 NO_TABLE = "each line must be NAME = VALUE as in the study's file, texts in quotes"
-MOST_MISSING = 200
 
 
 @dataclass
@@ -166,13 +162,13 @@ def free_name(workspace: Workspace, source: Path | str) -> str:
 
 def _normalised(values: Mapping[str, Any], path: Path) -> dict[str, Any]:
     """Return values with the name, languages and table of the design, which a file may leave to defaults."""
-    made = copy.deepcopy(dict(values))
-    if isinstance(made.get("design"), str):
-        made["design"] = {"kind": made["design"]}
-    made.setdefault("name", path.stem.replace("-", "_"))
-    if "languages" not in made:
-        made["languages"] = list(Study.of(made, where=path.name).languages)
-    return made
+    study = copy.deepcopy(dict(values))
+    if isinstance(study.get("design"), str):
+        study["design"] = {"kind": study["design"]}
+    study.setdefault("name", path.stem.replace("-", "_"))
+    if "languages" not in study:
+        study["languages"] = list(Study.of(study, where=path.name).languages)
+    return study
 
 
 def _own(value: Any) -> list[str]:
@@ -193,55 +189,27 @@ class DraftCheck:
 
 def check_draft(draft: StudyDraft, *, stimuli: bool = False) -> DraftCheck:
     """Return what `study check` says of a draft, with ``stimuli`` after making and rendering each."""
-    values = draft.values
-    found = [_placed(fault, values) for fault in _faults(values)]
-    if not found:
-        try:
-            study = Study.of(values)
-            return DraftCheck((), check_loaded(study, draft.path.parent, stimuli=stimuli))
-        except TactogramError as error:
-            found = [_placed(Fault((), str(error)), values)]
-    return DraftCheck(tuple(found))
+    faults = tuple(map(_in_lines, Study.faults(draft.values)))
+    if faults:
+        return DraftCheck(faults)
+    study = Study.of(draft.values)
+    try:
+        return DraftCheck((), check_loaded(study, draft.path.parent, stimuli=stimuli))
+    except TactogramError as error:
+        return DraftCheck((Fault(_place(error, study), str(error)),))
 
 
-def _faults(values: dict[str, Any]) -> list[Fault]:
-    """Return the faults of values; missing texts one by one, each filled to find the next."""
-    missing: list[Fault] = []
-    probe = StudyDraft(Path(), copy.deepcopy(values), "")
-    while True:
-        faults = Study.faults(probe.values)
-        lacking = LACKS.match(faults[0].sentence) if len(faults) == 1 else None
-        if lacking is None or len(missing) == MOST_MISSING:
-            return missing or list(faults)
-        place = _place(lacking[1])
-        missing.append(Fault((*place, lacking[2]), faults[0].sentence))
-        kind = probe.get(("design", "kind"))
-        probe.set_text(place, lacking[2], "?", text_default(kind, place))
-
-
-def _placed(fault: Fault, values: Mapping[str, Any]) -> Fault:
-    """Return a fault with the place that its sentence begins with, if it has none or that of the grid alone."""
-    if fault.place[:1] == ("grid",) and "must be a valid dictionary" in fault.sentence:
-        return Fault(fault.place, f"{'.'.join(map(str, fault.place))}: {NO_TABLE}")
-    if fault.place == ("grid",) and (condition := CONDITION.match(fault.sentence)):
-        return Fault(("grid", "by_condition", condition[1]), fault.sentence)
-    if fault.place:
+def _in_lines(fault: Fault) -> Fault:
+    """Return a fault of a table of the grid, which the editor shows as lines, in those words."""
+    if fault.place[:1] != ("grid",) or fault.kind not in ("dict_type", "model_type"):
         return fault
-    if stimulus := STIMULUS.match(fault.sentence):
-        for number, one in enumerate(values.get("stimuli", ())):
-            if one.get("name") == stimulus[1]:
-                return Fault(("stimuli", number), fault.sentence)
-        return Fault(("grid",), fault.sentence)
-    named = NAMED.match(fault.sentence)
-    first = named[1].split(".")[0] if named else ""
-    if named and first in Study.model_fields:
-        return Fault(_place(named[1]), fault.sentence)
-    return fault
+    return Fault(fault.place, f"{'.'.join(map(str, fault.place))}: {NO_TABLE}")
 
 
-def _place(text: str) -> Place:
-    """Return the place of a dotted key; keys of names may have dots of their own."""
-    first, _, rest = text.partition(".")
-    if first == "names":
-        return ("names", rest)
-    return tuple(int(part) if part.isdigit() else part for part in text.split("."))
+def _place(error: TactogramError, study: Study) -> Place:
+    """Return the place of what an error of a study's check names: a stimulus, those of the grid, or a key."""
+    place = error.message.place
+    for number, stimulus in enumerate(study.all_stimuli):
+        if error.message.place_in(stimulus_place(stimulus.name)) != place:
+            return ("stimuli", number) if number < len(study.stimuli) else ("grid",)
+    return place_of(error, Study)

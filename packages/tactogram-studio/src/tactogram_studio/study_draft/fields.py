@@ -12,8 +12,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from tactogram_study.designs import Design, designs
-from tactogram_study.practice import Practice
+from tactogram_study.designs import Design
 from tactogram_study.wording import Wording
 
 Place = tuple[str | int, ...]
@@ -124,15 +123,6 @@ def numbers_of(model: type[BaseModel], name: str, keys: Collection[str], place: 
     """Return a field for each number in a table ``name`` of a model, none of them required."""
     labels = choices_of(model, name, list(keys))
     return [StudyField((*place, name, key), labels[key], "", "number") for key in keys]
-
-
-def text_default(kind: str, place: Place) -> Any:
-    """Return the default of a text at a place in a study of a design ``kind``; None if it has none."""
-    models: dict[str, type[BaseModel]] = {"design": designs()[kind], "practice": Practice}
-    model = models.get(str(place[0]))
-    if model is None or len(place) != 2 or place[1] not in model.model_fields:
-        return None
-    return _default(model.model_fields[str(place[1])])
 
 
 def _widget(info: FieldInfo) -> tuple[Widget | None, tuple[str, ...]]:

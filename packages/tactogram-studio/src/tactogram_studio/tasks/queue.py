@@ -236,7 +236,7 @@ class TaskQueue:
             values["process"] = DetachedProcess(**values["process"]) if values["process"] else None
             return StudioTask(**values)
         except (OSError, ValueError, TypeError, KeyError) as error:
-            raise DataError(f"{path}: not readable: {error}") from error
+            raise DataError(path, f"not readable: {error}") from error
 
     def status(self, task: StudioTask) -> TaskStatus:
         """Return the status of a task, from its process, log and output folder."""

@@ -165,7 +165,7 @@ class TouchSources:
             return self._runs.get(request.of).folder
         path = self._workspace.inside(request.of)
         if not path.is_file():
-            raise DataError(f"{request.of}: no such file in the workspace")
+            raise DataError(request.of, "no such file in the workspace")
         return path
 
     def _made(self, request: TextureRequest, path: Path) -> TouchTexture:

@@ -43,10 +43,10 @@ class Workspace:
         """Return the workspace in ``folder``, creating it; `DataError` if it is a file or not writable."""
         path = Path(folder).resolve()
         if path.exists() and not path.is_dir():
-            raise DataError(f"{path}: the workspace must be a folder, got a file")
+            raise DataError(path, "the workspace must be a folder, got a file")
         path.mkdir(parents=True, exist_ok=True)
         if not os.access(path, os.W_OK | os.X_OK):
-            raise DataError(f"{path}: the workspace is not writable; use another folder")
+            raise DataError(path, "the workspace is not writable; use another folder")
         return cls(path)
 
     @property
@@ -89,7 +89,7 @@ class Workspace:
         try:
             yield
         except TactogramError as error:
-            raise DataError(str(error).replace(f"{self.folder}/", "")) from error
+            raise DataError(error.message.replace(f"{self.folder}/", "")) from error
 
     def runs(self) -> list[Path]:
         """Return the folders of runs, finished or not, newest first."""

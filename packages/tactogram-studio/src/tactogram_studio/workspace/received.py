@@ -66,7 +66,7 @@ class ReceivedFolders:
     def remove(self, path: Path) -> None:
         """Delete one of them."""
         if not self.contains(path):
-            raise DataError(f"{path.name}: is not a received folder")
+            raise DataError(path.name, "is not a received folder")
         self._folders.remove(path.parent.name)
 
     def _keep_zip(self, name: str, file: IO[bytes]) -> Path:
@@ -75,7 +75,7 @@ class ReceivedFolders:
             with zipfile.ZipFile(file) as archive:
                 members = [member for member in archive.infolist() if _is_file(member)]
                 if any(member.flag_bits & 1 for member in members):
-                    raise DataError(f"{name}: is encrypted; save it without a password")
+                    raise DataError(name, "is encrypted; save it without a password")
                 opened = ((member.filename, archive.open(member)) for member in members)
                 paths = [member.filename for member in members]
                 return self._write(opened, name.rpartition(".")[0], paths)
@@ -86,7 +86,7 @@ class ReceivedFolders:
             EOFError,
             RuntimeError,
         ) as error:
-            raise DataError(f"{name}: damaged: {one_line(error)}; make it again") from None
+            raise DataError(name, f"damaged: {one_line(error)}; make it again") from None
 
     def _write(
         self, files: Iterable[tuple[str, IO[bytes]]], name: str, paths: Sequence[str] | None = None
@@ -141,9 +141,9 @@ def _places(paths: Sequence[str], name: str) -> tuple[str, dict[str, tuple[str, 
     places = {path: safe_path(path) for path in paths}
     kept = [place for place in places.values() if place]
     if not kept:
-        raise DataError(f"{name}: no files; choose a folder with a folder for each material")
+        raise DataError(name, "no files; choose a folder with a folder for each material")
     if len(kept) > MOST_FILES:
-        raise DataError(f"{name}: must have at most {MOST_FILES} files, got {len(kept)}; {REMEDY}")
+        raise DataError(name, f"must have at most {MOST_FILES} files, got {len(kept)}", remedy=REMEDY)
     if len({place[0] for place in kept}) == 1 and max(map(len, kept)) > 2:
         name = kept[0][0]
         places = {path: place[1:] if place else None for path, place in places.items()}
@@ -153,7 +153,7 @@ def _places(paths: Sequence[str], name: str) -> tuple[str, dict[str, tuple[str, 
         if other != path:
             raise DataError(f"{path[:200]}: the same name as {other[:200]}; rename one of them")
     if len(set(paths)) < len(paths):
-        raise DataError(f"{name}: two files have the same name; rename one of them")
+        raise DataError(name, "two files have the same name; rename one of them")
     return _safe_part(name), places
 
 
@@ -168,13 +168,13 @@ def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
             if size > most:
                 whole = f"all files together must have at most {MOST_UNPACKED // MIB} MiB"
                 one = f"must have at most {most_bytes_of(suffix) // MIB} MiB"
-                raise DataError(f"{path[:200]}: {whole if most == room else one}; {REMEDY}")
+                raise DataError(path[:200], whole if most == room else one, remedy=REMEDY)
             out.write(chunk)
     if target.name.lower().endswith(READABLE):
         try:
             check_unpacked_size(target)
         except UnpackedSizeError as error:
-            raise DataError(f"{path[:200]}: {str(error).partition(': ')[2]}; {REMEDY}") from None
+            raise DataError(path[:200], error.message.problem, remedy=REMEDY) from None
     return size
 
 

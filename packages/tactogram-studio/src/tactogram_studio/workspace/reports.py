@@ -175,7 +175,7 @@ def read_result(path: Path) -> dict[str, Any]:
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise DataError(f"{path.name}: not readable: {error}") from error
+        raise DataError(path.name, f"not readable: {error}") from error
     if not isinstance(values, dict):
-        raise DataError(f"{path.name}: expected a table of results")
+        raise DataError(path.name, "expected a table of results")
     return values

@@ -80,18 +80,18 @@ class RunCatalogue:
         """Return a finished run by its folder, relative to the workspace, or by the name of the model it comes with."""
         folder = models.shipped_run(name) or self.workspace.inside(name)
         if not (folder / "model.json").is_file():
-            raise DataError(f"{name}: no such finished run in this workspace; it may have been deleted")
+            raise DataError(name, "no such finished run in this workspace; it may have been deleted")
         facts = _read(folder / "model.json")
         stored = facts.get("kind")
         if not isinstance(stored, dict):
-            raise DataError(f"{name}: model.json has no kind; the run is broken")
+            raise DataError(name, "model.json has no kind; the run is broken")
         values: dict[str, Any] = {
             key: tuple(value) if isinstance(value, list) else value for key, value in stored.items()
         }
         try:
             kind: Kind = SignalKind(**values) if "rate" in values else ImageKind(**values)
         except TypeError as error:
-            raise DataError(f"{name}: model.json is broken: {error}") from None
+            raise DataError(name, f"model.json is broken: {error}") from None
         model = models.find(str(facts.get("model"))).of(images=isinstance(kind, ImageKind))
         return FinishedRun(folder, name, model, kind, _read(folder / "data.json"))
 
@@ -189,7 +189,7 @@ def _load(folder: Path, changed_ns: int) -> LoadedRun:
 def _read(file: Path) -> dict[str, Any]:
     values = read_json(file)
     if not isinstance(values, dict):
-        raise DataError(f"{file}: expected an object")
+        raise DataError(file, "expected an object")
     return values
 
 

@@ -194,7 +194,7 @@ class SendService:
             else:
                 request = FileRequest(**values)
         except (AttributeError, KeyError, TypeError):
-            raise DataError(f"{folder / REQUEST}: damaged; make the result again") from None
+            raise DataError(folder / REQUEST, "damaged; make the result again") from None
         return SendResult(identifier, folder, request, title, facts)
 
     def _made(

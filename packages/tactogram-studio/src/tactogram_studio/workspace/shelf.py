@@ -48,13 +48,13 @@ class KeptResult:
     def signal(self) -> Signal:
         """Return the signal; `DataError` if it is an image, or was deleted."""
         if self.is_image:
-            raise DataError(f"{self.title}: is an image; a signal is needed")
+            raise DataError(self.title, "is an image; a signal is needed")
         return read_signal(self.folder / SIGNAL)
 
     def image(self) -> Image:
         """Return the image; `DataError` if it is a signal, or was deleted."""
         if not self.is_image:
-            raise DataError(f"{self.title}: is a signal; an image is needed")
+            raise DataError(self.title, "is a signal; an image is needed")
         return read_image(self.folder / IMAGE)
 
 
@@ -80,7 +80,7 @@ class ResultArchive:
         """Copy a result of another archive unchanged; `DataError` if it was deleted."""
         facts = {key: value for key, value in result.facts.items() if key != "kept_at"}
         if not result.file.is_file():
-            raise DataError(f"{result.title}: was deleted; make it again")
+            raise DataError(result.title, "was deleted; make it again")
         return self._add(lambda part: shutil.copy(result.file, part / result.file.name), result.title, facts)
 
     @property
@@ -112,7 +112,7 @@ class ResultArchive:
             raise DataError(f"no kept result {identifier[:40]!r}; it was deleted or never existed")
         facts = read_json(folder / FACTS)
         if not isinstance(facts, dict):
-            raise DataError(f"{folder / FACTS}: expected an object, got {type(facts).__name__}")
+            raise DataError(folder / FACTS, f"expected an object, got {type(facts).__name__}")
         return KeptResult(identifier, folder, str(facts.pop("title", identifier)), facts)
 
     def rename(self, identifier: str, title: str) -> KeptResult:

@@ -122,13 +122,13 @@ def read_uploaded_signal(name: str, data: bytes, **options: Any) -> Signal:
             signal = read_signal(path, **options)
         except TactogramError as error:
             raise type(error)(
-                str(error).replace(f"{path.parent}/", "").replace(f"{path.parent}\\", "")
+                error.message.replace(f"{path.parent}/", "").replace(f"{path.parent}\\", "")
             ) from None
         except Exception as error:  # damaged files raise all kinds; the user needs the name
             reason = " ".join(str(error).split())[:200] or type(error).__name__
-            raise DataError(f"{name}: not a readable signal: {reason}") from None
+            raise DataError(name, f"not a readable signal: {reason}") from None
     if signal.samples.size > MOST_SAMPLES:
-        raise DataError(f"{name}: {_too_many(signal.samples.size)}")
+        raise DataError(name, _too_many(signal.samples.size))
     return signal
 
 
@@ -185,12 +185,12 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
         raise ParameterError(f"{safe}: expected a {kind} in one of {known}, got {suffix or 'no suffix'}")
     most = most_bytes_of(suffix)
     if not data:
-        raise DataError(f"{safe}: empty file; choose another")
+        raise DataError(safe, "empty file; choose another")
     if len(data) > most:
-        raise DataError(f"{safe}: must have at most {most // MIB} MiB, got {len(data) / MIB:.1f} MiB")
+        raise DataError(safe, f"must have at most {most // MIB} MiB, got {len(data) / MIB:.1f} MiB")
     if suffix in HEADS and not data.startswith(HEADS[suffix]):
         raise DataError(
-            f"{safe}: content does not match the suffix: must begin with {HEADS[suffix][0]!r}, got {data[:4]!r}"
+            safe, f"content does not match the suffix: must begin with {HEADS[suffix][0]!r}, got {data[:4]!r}"
         )
     if suffix == ".toml":
         decode_text(data, safe)
@@ -238,9 +238,9 @@ def _check_samples(path: Path) -> None:
     else:
         return
     if channels > MOST_CHANNELS:
-        raise UnpackedSizeError(f"{path.name}: must have at most {MOST_CHANNELS} channels, got {channels}")
+        raise UnpackedSizeError(path.name, f"must have at most {MOST_CHANNELS} channels, got {channels}")
     if samples > MOST_SAMPLES:
-        raise UnpackedSizeError(f"{path.name}: {_too_many(samples)}")
+        raise UnpackedSizeError(path.name, _too_many(samples))
 
 
 def _too_many(samples: int) -> str:

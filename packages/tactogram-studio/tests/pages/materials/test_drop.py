@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from laboratory_files import tone
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, Message, ParameterError, Remedy
 from tactogram.signal import Signal
 from tactogram_studio.pages.materials.drop import (
+    in_fields,
     matching_stream,
     mixing_warning,
     store_signal,
@@ -30,3 +31,11 @@ def test_mixing_measured_and_simulated_recordings_gives_a_warning(tones):
     assert "stay marked as simulated" in mixing_warning(True, True, False)
     assert matching_stream(tones, tone(50)) == "acceleration"
     assert matching_stream(tones, Signal(np.ones(5), 10.0, "N")) == ""
+
+
+def test_remedies_are_the_fields_of_the_page():
+    known = Message("no rate", Remedy("give it, e.g.", "rate", 1000), Remedy("omit", "unit"), place="a.csv")
+    assert in_fields(known) == "a.csv: no rate; give it, e.g. “Rate, Hz”: 1000, or omit “Unit”"
+    other = Message("no labels", Remedy("omit the column,", "mapping", "FILE.toml"))
+    assert in_fields(other) == other == "no labels; omit the column, `mapping=FILE.toml`"
+    assert in_fields("a plain text") == "a plain text"

@@ -243,7 +243,7 @@ def numeric_answers(answers: Answers, what: str) -> tuple[Answers, tuple[str, ..
     """Return the answers with a number, and a note of how many lack one; raise `DataError` if all do."""
     kept = answers.where(lambda row: math.isfinite(row.value))
     if not len(kept):
-        raise DataError(f"{what}: must have an answer with a number in the column value, got none")
+        raise DataError(what, "must have an answer with a number in the column value, got none")
     missing = len(answers) - len(kept)
     return kept, (f"{missing} answers without a number are left out",) if missing else ()
 

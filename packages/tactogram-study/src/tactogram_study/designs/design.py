@@ -134,17 +134,15 @@ class Design(BaseModel, ABC):
         return self
 
     def check_margins(self, margins: Mapping[str, float]) -> None:
-        """Raise ValueError for margins that the design lacks, or that are too wide."""
+        """Raise `ParameterError` for margins that the design lacks, or that are too wide."""
         for name, value in margins.items():
             if name not in self.margins:
                 known = ", ".join(self.margins) or "nothing"
-                raise ValueError(
-                    f"analysis.margins: a study of design {self.kind} takes margins for {known}, got {name!r}"
-                )
+                problem = f"a study of design {self.kind} takes margins for {known}, got {name!r}"
+                raise ParameterError("analysis.margins", problem)
             if not value < (most := self.margins[name].below):
-                raise ValueError(
-                    f"analysis.margins: the margin of {name} must be below {most:g}, got {value:g}"
-                )
+                problem = f"the margin of {name} must be below {most:g}, got {value:g}"
+                raise ParameterError("analysis.margins", problem)
 
     @classmethod
     def margin_for(cls, question: str) -> str:

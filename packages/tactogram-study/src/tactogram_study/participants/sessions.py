@@ -127,7 +127,7 @@ class OpenSession:
             page = self.store.participant_state(code).page
             if page is not None and page.kind == "consent" and not taken[code].simulated:
                 return taken[code]
-        raise DataError(f"{self.folder}: no free participant code; ask the experimenter for one")
+        raise DataError(self.folder, "no free participant code; ask the experimenter for one")
 
     def _hashed(self, ticket: str) -> bytes:
         return hmac.digest(self.keys.secret, f"lookup\0{ticket}".encode(), "sha256")

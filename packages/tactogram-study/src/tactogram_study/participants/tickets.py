@@ -62,16 +62,16 @@ def load_keys(folder: Path) -> SessionKeys:
         if path.stat().st_mode & 0o077:
             path.chmod(0o600)
     except OSError as error:
-        raise DataError(f"{path}: the session's keys cannot be read or created: {error.strerror}") from error
+        raise DataError(path, f"the session's keys cannot be read or created: {error.strerror}") from error
     try:
         values = read_json(path)
         keys = SessionKeys(str(values["join"]), bytes.fromhex(values["secret"]))
     except DataError as error:
         raise DataError(f"{error}; restore the session's keys, or {_NEW_KEYS}") from None
     except (ValueError, KeyError, TypeError):
-        raise DataError(f"{path}: damaged session keys; restore the file, or {_NEW_KEYS}") from None
+        raise DataError(path, f"damaged session keys; restore the file, or {_NEW_KEYS}") from None
     if len(keys.join) < SHORTEST or len(keys.secret) < SHORTEST:
-        raise DataError(f"{path}: the session's keys are too short to be secret; {_NEW_KEYS}")
+        raise DataError(path, f"the session's keys are too short to be secret; {_NEW_KEYS}")
     return keys
 
 

@@ -6,7 +6,6 @@ columns are kept unchanged. Ratings in exports of PsychoPy, jsPsych, Qualtrics a
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -21,7 +20,7 @@ from tactogram.datasets import (
     read_cells,
     rows_left_out,
 )
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, Message, ParameterError
 from tactogram_study.answers import COLUMNS, KINDS, Answers, answers_of
 
 ANY_NUMBER = Scale("any number", -1e300, 1e300)
@@ -65,14 +64,14 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     headings = [*filter(None, export.headings)]
     for ours, theirs in mapped.columns.items():
         if theirs not in headings:
-            raise DataError(f"{path}: has no column {theirs!r} for {ours}, has {', '.join(headings)}")
+            raise DataError(path, f"has no column {theirs!r} for {ours}, has {', '.join(headings)}")
     ours_of = {theirs: ours for ours, theirs in mapped.columns.items()}
     # A heading that equals a column but is mapped otherwise is kept under another name.
     named = [ours_of.get(h, f"their_{h}" if h in taken else h) for h in export.headings]
     numbers = [number for number, _ in export.rows]
     tables = [dict(zip(named, map(_plain, row), strict=True)) for _, row in export.rows]
     if not tables:
-        raise DataError(f"{path}: holds no row below its headings")
+        raise DataError(path, "holds no row below its headings")
     if export.program and rated:
         numbers, tables = _ratings(export, mapped, dict(zip(numbers, tables, strict=True)))
     rows = list(zip(numbers, tables, strict=True))
@@ -89,7 +88,7 @@ def import_answers(path: Path, mapped: TableMapping | None = None) -> Answers:
     cells = [(number, [row.get(name, "") for name in full]) for number, row in rows]
     return replace(
         answers_of(full, cells, where=str(path)),
-        notes=tuple(re.sub(r" \(ignore=.*?\)", "", note) for note in export.notes),
+        notes=tuple(note.problem if isinstance(note, Message) else note for note in export.notes),
     )
 
 
@@ -104,8 +103,9 @@ def _ratings(
         (_, rows, export.notes), _ = Questions(export, columns, ANY_NUMBER).read()
     except DataError as error:
         raise DataError(
-            f"{export.path}: {export.program}: ratings are not recognised; say which columns are participant, "
-            "stimulus and value, and which column or constant the question"
+            export.path,
+            f"{export.program}: ratings are not recognised; say which columns are participant, "
+            "stimulus and value, and which column or constant the question",
         ) from error
     ratings = []
     for number, (person, item, word, score, _, session) in rows:
@@ -126,13 +126,13 @@ def _complete(row: dict[str, str], path: Path, number: int) -> None:
     row.setdefault("design", "")
     row.setdefault("question", "")
     if not row.get("participant"):
-        raise DataError(f"{path}: row {number}: participant must not be empty; say which column it is")
+        raise DataError(f"{path}: row {number}", "participant must not be empty; say which column it is")
     if not (row.get("answer") or row.get("value") or row.get("correct")):
         row["answer"] = ""
     if row.get("correct"):
         text = row["correct"].casefold()
         if text not in (*TRUE, *FALSE):
-            raise DataError(f"{path}: row {number}: correct must be true or false, got {row['correct']!r}")
+            raise DataError(f"{path}: row {number}", f"correct must be true or false, got {row['correct']!r}")
         row["correct"] = "true" if text in TRUE else "false"
     if not row.get("value"):
         row["value"] = _number(row.get("answer", "")) or {"true": "1", "false": "0"}.get(

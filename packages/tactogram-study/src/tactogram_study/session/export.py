@@ -137,10 +137,10 @@ def write_companion_tables(path: Path, store: SessionStore) -> list[Path]:
 def export_bids(store: SessionStore, out: Path) -> Path:
     """Write a BIDS data set into a new or empty folder, complete or not at all, and return the folder."""
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise DataError(f"{out}: is not empty; give a new folder")
+        raise DataError(out, "is not empty; give a new folder")
     answers = store.answers()
     if not len(answers):
-        raise DataError(f"{store.path.parent}: holds no answer to export")
+        raise DataError(store.path.parent, "holds no answer to export")
     out.parent.mkdir(parents=True, exist_ok=True)
     part = Path(tempfile.mkdtemp(prefix=f".{out.name}.part-", dir=out.parent))
     try:

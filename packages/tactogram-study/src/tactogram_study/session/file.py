@@ -95,7 +95,7 @@ class SessionFile:
                 self._reader = self._connect()
                 self._reader.execute("PRAGMA query_only=ON")
         except sqlite3.DatabaseError as error:
-            raise DataError(f"{self.path}: cannot be opened: {error}") from error
+            raise DataError(self.path, f"cannot be opened: {error}") from error
 
     def __enter__(self) -> Self:
         return self
@@ -136,9 +136,9 @@ class SessionFile:
                 self._connection.execute("VACUUM")
                 busy = self._connection.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
             except sqlite3.OperationalError as error:
-                raise DataError(f"{self.path}: deleted, but not rewritten: {error}; {REST}") from error
+                raise DataError(self.path, f"deleted, but not rewritten: {error}; {REST}") from error
             if busy:
-                raise DataError(f"{self.path}: deleted, but its log could not be emptied; {REST}")
+                raise DataError(self.path, f"deleted, but its log could not be emptied; {REST}")
 
     def _connect(self) -> sqlite3.Connection:
         return sqlite3.connect(self.path, timeout=WAIT_S, isolation_level=None, check_same_thread=False)
@@ -153,12 +153,13 @@ class SessionFile:
             version = rows.execute("PRAGMA user_version").fetchone()[0]
             if version not in (0, VERSION):
                 raise DataError(
-                    f"{self.path}: is of version {version}, this program reads version {VERSION}; "
-                    "open it with the program that made it"
+                    self.path,
+                    f"is of version {version}, this program reads version {VERSION}; "
+                    "open it with the program that made it",
                 )
             if version == 0:
                 if study is None:
-                    raise DataError(f"{self.path}: holds no study")
+                    raise DataError(self.path, "holds no study")
                 for table in TABLES:
                     rows.execute(table)
                 rows.execute(
@@ -171,8 +172,9 @@ class SessionFile:
         begun = Study.of(parse_object(row[0]), where=str(self.path))
         if study is not None and study.sha256 != begun.sha256:
             raise DataError(
-                f"{self.path.parent}: was begun with another {begun.name} than this {study.name} (they differ in "
-                f"{begun.first_difference(study)}); give another folder, or the file as it was"
+                self.path.parent,
+                f"was begun with another {begun.name} than this {study.name} (they differ in "
+                f"{begun.first_difference(study)}); give another folder, or the file as it was",
             )
         return begun
 
@@ -228,7 +230,7 @@ class SessionFile:
                 if isinstance(
                     error, sqlite3.OperationalError
                 ):  # full disk, removed file, another writer that never ends
-                    raise DataError(f"{self.path}: nothing was stored: {error}") from error
+                    raise DataError(self.path, f"nothing was stored: {error}") from error
                 raise
 
 
@@ -257,7 +259,7 @@ def add_device(rows: sqlite3.Connection, number: int, token: str, facts: Mapping
 def session_file(folder: Path) -> Path:
     """Return the file of a session; raise `DataError` if the folder holds none."""
     if not (folder / FILE).is_file():
-        raise DataError(f"{folder}: no study was begun here; run one, or say which folder holds it")
+        raise DataError(folder, "no study was begun here; run one, or say which folder holds it")
     return folder / FILE
 
 

@@ -207,13 +207,13 @@ def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
     Raises `DataError` if the table is broken, or has an item without a score for one of its words.
     """
     if not path.exists():
-        raise DataError(f"{path}: no such table of target ratings")
+        raise DataError(path, "no such table of target ratings")
     if path.is_dir() or {"participant", "question"} <= set(read_cells(path).headings):
         return _mean_answers(path)
     ratings = read_table(path, scale=scale).ratings
     for place in np.argwhere(np.isnan(ratings.means)):
         item, word = ratings.items[place[0]], ratings.words[place[1]]
-        raise DataError(f"{path}: item {item!r} must have a score for {word!r}, got none")
+        raise DataError(path, f"item {item!r} must have a score for {word!r}, got none")
     return {
         item: dict(zip(ratings.words, map(float, row), strict=True))
         for item, row in zip(ratings.items, ratings.means, strict=True)
@@ -224,12 +224,10 @@ def _mean_answers(path: Path) -> Targets:
     kinds = [kind for kind, design in designs().items() if design.gives_targets]
     scores = open_answers(path).where(lambda row: math.isfinite(row.value), design=kinds)
     if not len(scores):
-        raise DataError(
-            f"{path}: must have answers of the design {' or '.join(kinds)} to be targets, got none"
-        )
+        raise DataError(path, f"must have answers of the design {' or '.join(kinds)} to be targets, got none")
     conditions = scores.unique("condition")
     if len(conditions) > 1:
-        raise DataError(f"{path}: targets must be of one condition, got {', '.join(conditions)}")
+        raise DataError(path, f"targets must be of one condition, got {', '.join(conditions)}")
     return {
         item: {word: float(of_word.numbers().mean()) for word, of_word in of_item.by("question").items()}
         for item, of_item in scores.by("stimulus").items()
@@ -257,7 +255,7 @@ def _opened(
     kept = replace(answers.where(design=design), notes=answers.notes)
     if not len(kept):
         raise DataError(
-            f"{source}: has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
+            source, f"has no rows of design {design!r}, but {', '.join(answers.unique('design'))}"
         )
     return kept
 

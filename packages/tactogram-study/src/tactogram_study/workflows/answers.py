@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import checked
 from tactogram.signal.io import write_text
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
@@ -44,7 +44,7 @@ def open_answers(
     if path.suffix.lower() not in SUFFIXES:
         raise ParameterError(f"{path}: answers are a session folder or {', '.join(SUFFIXES)}")
     if not path.is_file():
-        raise DataError(f"{path}: no such file")
+        raise DataError(path, "no such file")
     if columns or constants:
         return import_answers(path, TableMapping(columns or {}, constants or {}, encoding=encoding))
     return read_answers(path)
@@ -61,7 +61,7 @@ def study_of(source: Path) -> Study | None:
     try:
         facts = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
-        raise DataError(f"{file}: not a readable study: {error}; export the answers again") from error
+        raise DataError(file, f"not a readable study: {error}; export the answers again") from error
     return Study.of(facts, where=str(file))
 
 
@@ -124,10 +124,11 @@ def export_study(
         If the session is damaged, without ``salvage``.
     """
     if out is None and bids is None:
-        raise ParameterError("export needs a target: `out`, `bids`, or both")
+        raise ParameterError("export needs a target", remedy=(Remedy("give", "out"), Remedy("", "bids")))
     if salvage:
         if out is None or bids is not None:
-            raise ParameterError("`salvage` writes a table alone: give `out`, and no `bids`")
+            remedy = Remedy("give", "out") if out is None else Remedy("omit", "bids")
+            raise ParameterError("writes a table alone", parameter="salvage", remedy=remedy)
         return _salvage(Path(folder), Path(out))
     with SessionStore(Path(folder)) as store:
         answers = store.answers()
@@ -217,5 +218,5 @@ def salvage_session(folder: Path) -> SalvagedSession:
                 [facts] = rows.execute("SELECT facts FROM study").fetchone()
                 study = Study.of(parse_object(facts))
     if not answers:
-        raise DataError(f"{folder}: no answer can be read")
+        raise DataError(folder, "no answer can be read")
     return SalvagedSession(Answers(tuple(answers)), expected - len(answers), study)

@@ -307,7 +307,7 @@ def _simulated(
     true_effect = effect_of(effect or {})
     with SessionStore(out, study) as store:
         if any(not known.simulated for known in store.participants()):
-            raise DataError(f"{out}: people took this study; give simulated participants another folder")
+            raise DataError(out, "people took this study; give simulated participants another folder")
         if origin is not None:
             keep_origin(out, origin)
         stimuli = StudyStimuli(study, stimuli_folder)

@@ -122,9 +122,8 @@ class StudyStimuli:
         if stimulus.image_run:
             made = self._generated(stimulus, stimulus.image_run)
             if not isinstance(made, Image):
-                raise ParameterError(
-                    f"stimulus {stimulus.name}: {stimulus.image_run} generates signals; give it as run"
-                )
+                problem = f"{stimulus.image_run} generates signals; give it as run"
+                raise ParameterError(stimulus_place(stimulus.name), problem)
             return made
         return read_image(self._file(stimulus.image)) if stimulus.image else None
 
@@ -341,7 +340,7 @@ class StudyStimuli:
     def _file(self, name: str) -> Path:
         path = self._path(name)
         if not path.is_file():
-            raise DataError(f"{path}: no such file")
+            raise DataError(path, "no such file")
         return path
 
 
@@ -351,7 +350,9 @@ def _files(stimulus: Stimulus) -> tuple[str | None, ...]:
 
 def limited_lines(limited: Mapping[str, Sequence[str]]) -> list[str]:
     """Return `StudyStimuli.limited` as lines for people, the first `SHOWN` and how many more there are."""
-    lines = [f"stimulus {name}: {sentence}" for name, sentences in limited.items() for sentence in sentences]
+    lines = [
+        f"{stimulus_place(name)}: {sentence}" for name, sentences in limited.items() for sentence in sentences
+    ]
     return lines[:SHOWN] + [f"{len(lines) - SHOWN} more such lines"] * (len(lines) > SHOWN)
 
 
@@ -361,7 +362,12 @@ def _named(stimulus: Stimulus) -> Iterator[None]:
     try:
         yield
     except TactogramError as error:
-        raise type(error)(f"stimulus {stimulus.name}: {error}") from error
+        raise type(error)(stimulus_place(stimulus.name), error) from error
+
+
+def stimulus_place(name: str) -> str:
+    """Return the place that an error of a stimulus names."""
+    return f"stimulus {name}"
 
 
 @lru_cache(maxsize=16)

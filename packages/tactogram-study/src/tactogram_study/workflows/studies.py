@@ -147,7 +147,7 @@ def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[s
     """Check a study whose paths are relative to ``folder``, as `check_study` does its file."""
     for place in ("title", "consent"):
         if not getattr(study, place):
-            raise ParameterError(f"{place} must have a text, got none")
+            raise ParameterError.must(place, "have a text, got none")
     from tactogram_study.workflows.stimuli import StudyStimuli
 
     made = StudyStimuli(study, folder)

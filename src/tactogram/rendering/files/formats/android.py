@@ -66,5 +66,5 @@ FORMAT = HapticFormat(
     encode=encode,
     decode=decode,
     recognise=has_key("timings"),
-    instead="the phone's envelope (android_envelope, from Android 16)",
+    instead={"the phone's envelope (android_envelope, from Android 16)": "android_envelope"},
 )

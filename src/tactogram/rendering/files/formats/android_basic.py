@@ -18,5 +18,6 @@ BUILDER = EnvelopeBuilder(
     SPAN,
 )
 FORMAT = BUILDER.haptic_format(
-    "android_basic", "android (faster changes) or android_envelope (any frequency)"
+    "android_basic",
+    {"android (faster changes)": "android", "android_envelope (any frequency)": "android_envelope"},
 )

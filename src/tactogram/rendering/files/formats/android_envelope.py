@@ -13,5 +13,5 @@ BUILDER = EnvelopeBuilder(
     "initialFrequencyHz",
 )
 FORMAT = BUILDER.haptic_format(
-    "android_envelope", "android (a strength every 10 ms, at the phone's own frequency)"
+    "android_envelope", {"android (a strength every 10 ms, at the phone's own frequency)": "android"}
 )

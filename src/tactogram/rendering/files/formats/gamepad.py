@@ -102,5 +102,5 @@ FORMAT = HapticFormat(
     decode=decode,
     recognise=lambda document: has_key("effects")(document) or bool(_bare(document)),
     bands=((0.0, SPLIT_HZ), (SPLIT_HZ, HIGHEST_HZ)),
-    instead="a pad's sound channels (display dualsense) or .haptic",
+    instead={"a pad's sound channels (display dualsense)": "", ".haptic": "haptic"},
 )

@@ -169,7 +169,7 @@ FORMAT = HapticFormat(
     encode_waveform=encode_waveform,
     decode=decode,
     recognise=has_key("perceptions"),
-    instead=".wav",
+    instead={".wav": ""},
     modalities=MODALITIES,
     highest_rate=HIGHEST_RATE,
 )

@@ -117,6 +117,9 @@ FORMAT = HapticFormat(
     holds="on and off",
     encode=encode,
     decode=decode,
-    instead="the phone's envelope (android_envelope) or android (before Android 16)",
+    instead={
+        "the phone's envelope (android_envelope)": "android_envelope",
+        "android (before Android 16)": "android",
+    },
     recognise=lambda document: isinstance(document, list | int | float) or has_key("pattern")(document),
 )

@@ -239,5 +239,5 @@ def store_motion(folder: Path, name: str, data: bytes) -> str:
         try:
             MotionFile(part)
         except DataError as error:
-            raise DataError(str(error).replace(str(part), name)) from None
+            raise DataError(error.message.replace(str(part), name)) from None
     return stored

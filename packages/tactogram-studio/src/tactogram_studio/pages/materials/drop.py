@@ -10,7 +10,7 @@ from typing import Any
 from nicegui import app, ui
 
 from tactogram.datasets import Store
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import Message, ParameterError, Remedy, TactogramError
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
 from tactogram.workflows import add_signal
@@ -95,7 +95,8 @@ class _UploadedFile:
         ui.navigate.to(address("drop", **(self.query | {"set": self.set} | changes)))
 
     def _message(self, error: Exception) -> str:
-        return str(error).replace(f"{self.folder}/", "")
+        text = in_fields(error.message) if isinstance(error, TactogramError) else str(error)
+        return text.replace(f"{self.folder}/", "")
 
     def draw_upload(self) -> None:
         async def take(name: str, data: bytes) -> None:
@@ -158,7 +159,7 @@ class _UploadedFile:
             kit.hint("Its uneven time stamps were converted to even spacing.")
         others = [f"{name} ({', '.join(other.axes)}, {other.unit})" for name, other in read.others.items()]
         for note in (*read.notes, *([f"also holds {', '.join(others)}"] if others else [])):
-            kit.hint(f"{note}.")
+            kit.hint(f"{in_fields(note)}.")
 
     def _matching_set(self, signal: Signal) -> str:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
@@ -291,12 +292,23 @@ def _positive(text: str) -> str:
     return ""
 
 
+def in_fields(message: str) -> str:
+    """Return a message about a file with the page's fields instead of arguments of `read_file`."""
+
+    def field(remedy: Remedy) -> str:
+        value = "" if remedy.value is None else f": {remedy.value}"
+        name = FIELDS.get(remedy.parameter)
+        return f"{remedy.advice} “{name}”{value}" if name else str(remedy)
+
+    return message.in_words(field) if isinstance(message, Message) else message
+
+
 def store_signal(folder: Path, name: str, data: bytes) -> Path:
     """Store an uploaded signal under a safe, unused name; its errors may name arguments, which the page asks for."""
     try:
         return save_upload(folder, name, data, kind="signal")
     except TactogramError as error:
-        if "`" not in str(error):
+        if not any(remedy.parameter in FIELDS for remedy in error.message.remedies):
             raise
         return save_upload(folder, name, data, kind="signal", read=False)
 
