@@ -47,6 +47,7 @@ from .generation.clone import (
 )
 from .generation.generate import (
     SIMULATED as SIMULATED,
+    Reading as Reading,
     condition_facts as condition_facts,
     generate as generate,
     limits as limits,

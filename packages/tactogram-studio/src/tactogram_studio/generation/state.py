@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import asdict, replace
@@ -10,7 +9,6 @@ from typing import Any, Protocol
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_image
 from tactogram_studio.generation.form import (
     GenerationForm,
     GenerationRequest,
@@ -79,7 +77,7 @@ class MakePageState:
 
     def set(self, **changes: Any) -> None:
         """Change the form without an undoable step, as while a slider moves."""
-        self.request = replace(self.request, **changes)
+        self.request = self.request.changed(**changes)
 
     def commit(self) -> bool:
         """Make the changes an undoable step and store them; return whether there were any."""
@@ -113,22 +111,11 @@ class MakePageState:
         self._select_run(self.request.run)
         self.committed = self.request
 
-    def photo_file(self, request: GenerationRequest) -> str:
-        """Return the file of the cropped photograph, relative to the workspace; write it if it is missing."""
-        if not request.photo or request.crop is None:
-            return request.photo
-        digest = hashlib.sha256(f"{request.photo} {request.crop}".encode()).hexdigest()[:8]
-        whole = self.workspace.inside(request.photo)
-        file = whole.with_name(f"{whole.stem}-part-{digest}.png")
-        if not file.is_file():
-            write_image(file, self.runs.photograph(request))
-        return self.workspace.name_of(file)
-
     def command(self) -> str:
         """Return the equivalent command, to be run in the workspace."""
         if self.run is None:
             return ""
-        return command(self.form.used(self.request), self.form, photo=self.photo_file(self.request))
+        return command(self.form.used(self.request), self.form, image=self.runs.photo_file(self.request))
 
     # -- results -----------------------------------------------------------------------------------------
 
@@ -152,11 +139,11 @@ class MakePageState:
             "run": run.name,
             "run_id": run.data.get("run_id"),
             "model": run.model.name,
-            "condition": asdict(request),
+            "condition": dict(request.values),
             "seed": request.seed,
             "number": number,
             "simulated": run.kind.simulated,
-            "command": command(request, form, photo=self.photo_file(request)),
+            "command": command(request, form, image=self.runs.photo_file(request)),
             **(said or {}),
         }
         result = self.made.keep(made, title=title, facts=facts)

@@ -27,7 +27,7 @@ def test_a_motion_is_followed(state):
         state.motions, "hand.csv", b"time_s,speed_mm_s,force_n\n0,200,1\n1,200,1\n1.1,200,0\n2,0,0\n"
     )
     state.choose("texture_flow")
-    state.set(weights={"corduroy": 1.0}, motion=state.workspace.name_of(state.motions / name))
+    state.set(material={"corduroy": 1.0}, motion=state.workspace.name_of(state.motions / name))
 
     ((_, made),) = state.runs.generate(state.request)
 

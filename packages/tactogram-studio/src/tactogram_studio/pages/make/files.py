@@ -37,7 +37,7 @@ def draw_photo(page: FormPage) -> None:
 
     async def uploaded(name: str, data: bytes) -> None:
         stored = await kit.in_background(store_photo, state.photographs, name, data)
-        page.change(photo=state.workspace.name_of(state.photographs / stored), crop=None)
+        page.change(image=state.workspace.name_of(state.photographs / stored), crop=None)
 
     upload = kit.file_button(
         "",
@@ -49,7 +49,7 @@ def draw_photo(page: FormPage) -> None:
     area = ui.element("div").classes("drop")
     area.props(f'data-drop="{upload.id}" role="group" aria-label="Photograph of the surface"')
     with area:
-        if state.request.photo:
+        if "image" in state.request.values:
             _draw_chosen(page)
         else:
             ui.label("Drop a photograph here, or paste one (Ctrl+V).").classes("quiet")
@@ -57,8 +57,8 @@ def draw_photo(page: FormPage) -> None:
             for label, action in (("Choose a file", "choose"), ("Camera", "camera")):
                 button = ui.button(label).props("outline dense")
                 button.on("click", js_handler=f"() => window.tactogramMake.{action}({upload.id})")
-            if state.request.photo:
-                ui.button("Remove", on_click=lambda: page.change(photo="", crop=None)).props("flat dense")
+            if "image" in state.request.values:
+                ui.button("Remove", on_click=lambda: page.change(image="", crop=None)).props("flat dense")
         ui.element("div").props('data-camera role="status"').classes("camera")
 
 
@@ -76,7 +76,7 @@ def _draw_chosen(page: FormPage) -> None:
     place.on("make-crop", dragged, js_handler="(event) => emit(event.detail)")
     with place:
         ui.element("img").props(
-            f'src="/make/photo/{Path(request.photo).name}" draggable="false" '
+            f'src="/make/photo/{Path(request.values["image"]).name}" draggable="false" '
             'alt="Selected photograph; drag over it to crop"'
         )
         box = ui.element("div").classes("crop-box").props("data-crop-box")
@@ -175,7 +175,7 @@ def _files(page: FormPage, folder: Path, suffix: str) -> dict[str, str]:
 
 def _draw_choice(page: FormPage, name: str, label: str, options: Mapping[str, str], *, redraw: bool) -> None:
     """Draw the choice of a file of the request, which may no longer be among those offered."""
-    chosen = getattr(page.state.request, name)
+    chosen = page.state.request.values.get(name, "")
     select = ui.select(dict(options) | {chosen: options.get(chosen, chosen)}, value=chosen, label=label)
     select.on_value_change(lambda event: page.change(redraw=redraw, **{name: event.value or ""}))
     select.classes("w-full").props(f'outlined dense options-dense data-{name}="1"')

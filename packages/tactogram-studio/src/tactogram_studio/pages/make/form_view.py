@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from nicegui import ui
 
 from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
+from tactogram.model import condition_types
 from tactogram_studio import kit
-from tactogram_studio.generation.form import LONGEST_S, MOST_COUNT, MOST_SEED, word_label
+from tactogram_studio.generation.form import MOST_COUNT, MOST_SEED, OF_A_RECORDING, word_label
 from tactogram_studio.generation.state import FormPage
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram_studio.pages.make.mix_view import draw_mix
 
-MOST_SPEED_MM_S, MOST_FORCE_N = 2000, 100
 LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 
 
@@ -29,20 +29,20 @@ def draw_form(page: FormPage) -> None:
     form = page.state.form
     ui.timer(0.05, partial(_load_ahead, page), once=True)
     parts: list[tuple[str, str, Callable[[FormPage], None]]] = [
-        ("photo", "Photograph", draw_photo),
+        ("image", "Photograph", draw_photo),
         ("words", "Words", draw_words),
         ("text", "Description", draw_text),
-        ("materials", "Materials", draw_mix if form.mixes else draw_material),
+        ("material", "Materials", draw_mix if form.mixes else draw_material),
         ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", _draw_recording),
     ]
     parts.sort(key=lambda part: part[0] in form.instead)
-    parts += [("motion", "Motion", draw_motion), ("", "Settings", _draw_numbers)]
-    used = form.used(page.state.request)
-    unused = {"materials"} if form.mixes and not used.weights else set()
-    if used.vibration or used.words or find_spec("wordllama") is None:
+    parts += [("motion", "Motion", draw_motion), ("", "Settings", partial(_draw_settings, parts=[*parts]))]
+    used = form.used(page.state.request).values
+    unused = {"material"} if form.mixes and "material" not in used else set()
+    if {"vibration", "words"} & used.keys() or find_spec("wordllama") is None:
         unused |= {"text"}
-    if used.photo or used.vibration or used.text:
-        unused |= {"vibration" if used.photo else "words", "words"} & {*form.instead}
+    if {"image", "vibration", "text"} & used.keys():
+        unused |= {"vibration" if "image" in used else "words", "words"} & {*form.instead}
     for part, title, draw in parts:
         if part not in unused and (not part or form.shows(part)):
             with ui.element("fieldset").classes("card part"):
@@ -52,7 +52,7 @@ def draw_form(page: FormPage) -> None:
                 if part in form.instead and form.materials:
                     kit.hint(
                         "In place of the materials; remove it to use these."
-                        if getattr(used, part)
+                        if part in used
                         else "Describes the surface in place of the materials."
                     )
 
@@ -85,37 +85,31 @@ def _draw_runs(page: FormPage) -> None:
 
 
 def _draw_recording(page: FormPage) -> None:
-    """Draw the choice of a vibration, and the speed and force that it was recorded with."""
+    """Draw the choice of a vibration, and what is known of its recording."""
     draw_vibration(page)
-    form = page.state.form
-    if not page.state.request.vibration:
-        return
-    with ui.element("div").classes("numbers"):
-        if form.has("vibration_speed"):
-            _draw_number(page, "vibration_speed_mm_s", "Recorded at, mm/s", most=MOST_SPEED_MM_S)
-        if form.has("vibration_force"):
-            _draw_number(page, "vibration_force_n", "Recorded with, N", most=MOST_FORCE_N)
-        if form.has("vibration_contactor"):
-            _draw_contactor(page, "vibration_contactor", "Recorded by")
+    if "vibration" in page.state.request.values:
+        with ui.element("div").classes("numbers"):
+            for name in filter(page.state.form.has, condition_types()):
+                if name.startswith(OF_A_RECORDING):
+                    _draw_condition(page, name)
 
 
-def _draw_numbers(page: FormPage) -> None:
+def _draw_settings(page: FormPage, parts: Sequence[tuple[str, str, Callable[[FormPage], None]]]) -> None:
+    """Draw the conditions that no part is about, length, seed and number of results."""
     form = page.state.form
-    optional, moved = [], bool(page.state.request.motion)
+    replaced = {"speed_mm_s", "force_n"} if "motion" in page.state.request.values else set()
+    others = {*form.drawn, *replaced, "motion", *(name for name, *_ in parts)}
+    optional = []
     with ui.element("div").classes("numbers"):
-        for name, field, label, most, shown in (
-            ("speed", "speed_mm_s", "Speed, mm/s", MOST_SPEED_MM_S, form.has("speed") and not moved),
-            ("force", "force_n", "Force, N", MOST_FORCE_N, form.has("force") and not moved),
-            ("length", "seconds", "Length, s", LONGEST_S, form.over == "time"),
-        ):
-            if shown:
-                _draw_number(page, field, label, most=most)
-                optional.append(name)
-        if form.has("contactor"):
-            _draw_contactor(page, "contactor", "Contactor")
-            optional.append("contactor")
-        _draw_number(page, "seed", "Seed", whole=True, least=0, most=MOST_SEED)
-        _draw_number(page, "count", "Number of results", whole=True, least=1, most=MOST_COUNT)
+        for name, one in condition_types().items():
+            if form.has(name) and name not in others and not name.startswith(OF_A_RECORDING):
+                _draw_condition(page, name)
+                optional += [one.options[0].name.replace("_", " ")] if name not in form.needs else []
+        if form.over == "time":
+            _draw_number(page, "seconds", "Length, s")
+            optional.append("length")
+        _draw_number(page, "seed", "Seed", MOST_SEED)
+        _draw_number(page, "count", "Number of results", MOST_COUNT)
     if optional:
         kit.hint(f"Leave empty for the model's default: {', '.join(optional)}.")
     if form.drawn:
@@ -126,27 +120,35 @@ def _draw_numbers(page: FormPage) -> None:
         )
 
 
-def _draw_contactor(page: FormPage, name: str, label: str) -> None:
-    value = getattr(page.state.request, name)
-    chosen = ui.select(["finger", "stylus"], label=label, value=value, clearable=True)
-    chosen.on_value_change(lambda event: page.change(redraw=False, **{name: event.value}))
-    chosen.props(f'outlined dense data-number="{name}"')
+def _draw_condition(page: FormPage, name: str) -> None:
+    """Draw the field of a condition as its option declares it: a number, a choice, or else a text."""
+    [option] = condition_types()[name].options
+    label, value = f"{option.help[:1].upper()}{option.help[1:]}", page.state.request.values.get(name)
+    if option.kind is float:
+        _draw_number(page, name, label)
+        return
+    field: Any = (
+        ui.select(list(get_args(option.kind)), label=label, value=value, clearable=True)
+        if get_origin(option.kind) is Literal
+        else ui.input(label, value=value or "", placeholder=option.example)
+    )
+    field.on_value_change(lambda event: page.change(redraw=False, **{name: event.value}))
+    field.props(f'outlined dense data-number="{name}"')
 
 
-def _draw_number(
-    page: FormPage, name: str, label: str, *, most: float, least: float = 0.0, whole: bool = False
-) -> None:
-    state = page.state
+def _draw_number(page: FormPage, name: str, label: str, most: int | None = None) -> None:
+    """Draw a number that may be empty, or a whole one up to ``most``."""
+    state, request = page.state, page.state.request
 
     def changed(event: Any) -> None:
-        value = event.value
-        if value is not None:
-            state.set(**{name: int(value) if whole else float(value)})
-        elif not whole:
-            state.set(**{name: None})
+        if most is None:
+            state.set(**{name: event.value})
+        elif event.value is not None:
+            state.set(**{name: int(kit.in_range(label, event.value, least=0, most=most, whole=True) or 0)})
 
-    number = ui.number(label, value=getattr(state.request, name), min=least, max=most, on_change=changed)
-    number.props(f'outlined dense data-number="{name}"' + (" clearable" if not whole else ""))
+    value = vars(request).get(name, request.values.get(name))
+    number = kit.NumberField(label, value=value, on_change=changed)
+    number.props(f'outlined dense data-number="{name}"' + (" clearable" if most is None else ""))
     number.on("blur", page.committed).on("keydown.enter", page.committed)
 
 
@@ -156,14 +158,14 @@ def draw_text(page: FormPage) -> None:
 
     async def describe(text: str) -> None:
         found = await kit.in_background(state.runs.described, state.request, text) if text.strip() else None
-        page.change(**({"text": found.text, "weights": found.weights} if found else {"text": ""}))
+        page.change(**({"values": found.values} if found else {"text": ""}))
 
-    text = ui.input("Describe it in English, and press Enter", value=state.request.text)
+    text = ui.input("Describe it in English, and press Enter", value=state.request.values.get("text", ""))
     text.classes("w-full").props(
         'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
     )
     text.on("keydown.enter", lambda: describe(text.value or "")).on("clear", lambda: describe(""))
-    if state.request.text:
+    if "text" in state.request.values:
         kit.hint("In place of the materials, with the photograph if there is one; clear it to use these.")
 
 
@@ -173,7 +175,7 @@ def draw_material(page: FormPage) -> None:
     options = {"": "determined from the photograph", **{name: name for name in materials}}
     select = ui.select(options, value=next(iter(page.state.request.mix), ""), label="Material")
     select.on_value_change(
-        lambda event: page.change(redraw=False, weights={event.value: 1.0} if event.value else {})
+        lambda event: page.change(redraw=False, material={event.value: 1.0} if event.value else {})
     )
     select.classes("w-full").props("outlined dense options-dense")
 

@@ -73,7 +73,7 @@ class _Mix:
 
     def _slide(self, name: str, value: float | None) -> None:
         if not self.setting:
-            self.state.set(weights={**self.state.request.weights, name: round(float(value or 0), 4)})
+            self.state.set(material={**self.state.request.weights, name: round(float(value or 0), 4)})
             self._show_shares()
 
     def _finish_slide(self) -> None:
@@ -84,7 +84,7 @@ class _Mix:
 
     def _add_material(self, event: Any) -> None:
         if event.value:
-            self.page.change(weights={**self.state.request.weights, event.value: 0.5})
+            self.page.change(material={**self.state.request.weights, event.value: 0.5})
 
     # -- the map -----------------------------------------------------------------------------------------
 
@@ -132,7 +132,7 @@ class _Mix:
         point = [min(1.0, max(0.0, float(event.args[key]))) for key in ("x", "y")]
         shares = (round(float(share), 3) for share in weights_at(point, self.places))
         weights = {name: share for name, share in zip(self.materials, shares, strict=True) if share}
-        self.state.set(weights=weights)
+        self.state.set(material=weights)
         redraw = len(self.materials) > MOST_SLIDERS
         last = bool(event.args["last"])
         if not (last and redraw):
