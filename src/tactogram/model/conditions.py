@@ -54,6 +54,11 @@ class ConditionOption:
     file: str = ""
     example: str = ""
 
+    @property
+    def label(self) -> str:
+        """Help that begins with a capital letter."""
+        return self.help[:1].upper() + self.help[1:]
+
 
 @dataclass(frozen=True)
 class ConditionType:

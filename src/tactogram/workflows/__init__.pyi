@@ -1,6 +1,7 @@
 from .data.convert import (
     convert as convert,
     list_formats as list_formats,
+    reading_parameters as reading_parameters,
 )
 from .data.simulate import (
     simulate_to_store as simulate_to_store,

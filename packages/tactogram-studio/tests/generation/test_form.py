@@ -124,11 +124,10 @@ def test_a_request_adapts_to_any_form(name):
     assert (request.seconds is not None) == (form.over == "time")
 
 
-def test_weights_are_divided_by_their_sum_or_left_free():
+def test_weights_are_divided_by_their_sum():
     request = asked(material={"cork": 0.6, "felt": 0.0, "tile": 0.6})
 
     assert request.mix == {"cork": 0.5, "tile": 0.5}
-    assert request.changed(to_one=False).mix == {"cork": 0.6, "tile": 0.6}
 
 
 MIX = GenerationForm(("material",), ("speed_mm_s", "force_n"), MATERIALS)
@@ -159,7 +158,7 @@ def test_a_bad_request_is_refused_with_a_reason(form, request_, message):
 
 def test_a_request_survives_json():
     values = {"material": {"cork": 0.3}, "words": {"dry": 2.5}, "vibration": "v.npz", "force_n": 0.8}
-    request = GenerationRequest("r", values, False, (0.1, 0.2, 0.9, 1.0), 1.5, 7, 2)
+    request = GenerationRequest("r", values, (0.1, 0.2, 0.9, 1.0), 1.5, 7, 2)
 
     assert GenerationRequest.from_stored(json.loads(json.dumps(asdict(request)))) == request
 

@@ -10,7 +10,7 @@ from tactogram.datasets import JAPANESE
 from tactogram.errors import ParameterError
 from tactogram.model import Kind, SignalKind, condition_types
 from tactogram.models import ModelDescription
-from tactogram_studio.workspace.commands import arguments, assignments, command_line
+from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.runs import FinishedRun
 
 MOST_SEED = 2**31 - 1
@@ -45,7 +45,7 @@ class GenerationForm:
         return name in (*self.needs, *self.instead, *self.takes) or (name == "text" and self.mixes)
 
     def shows(self, name: str) -> bool:
-        """Return whether a condition can be stated: words need names; materials and a photograph in their place, too."""
+        """Return whether a condition can be stated: words need names; materials, and so a photograph, too."""
         known = {"material": bool(self.materials), "words": bool(self.words)}
         known["image"] = known["material"] or "image" not in self.instead
         return self.has(name) and known.get(name, True)
@@ -122,14 +122,13 @@ class GenerationRequest:
     """A filled-in form, as JSON types; the folder ``run`` is relative to the workspace.
 
     ``values`` state conditions by name, as their options do: numbers, names, and files relative to the workspace.
-    Weights by ``material``, of which those of 0 are ignored, are divided by their sum if ``to_one``. Missing ``words``
+    Weights by ``material`` are divided by their sum, and those of 0 ignored. Missing ``words``
     (scores, 1 to 7) are left open, or set to their mean over the run's rated items. ``crop`` has left, top, right and
     bottom as shares of the photograph's sides.
     """
 
     run: str = ""
     values: Mapping[str, Any] = field(default_factory=dict)
-    to_one: bool = True
     crop: Crop | None = None
     seconds: float | None = None
     seed: int = 0
@@ -165,9 +164,9 @@ class GenerationRequest:
 
     @property
     def mix(self) -> dict[str, float]:
-        """The positive weights, divided by their sum if ``to_one``."""
+        """The positive weights, divided by their sum."""
         weights = {name: weight for name, weight in self.weights.items() if weight > 0}
-        total = sum(weights.values()) if self.to_one else 1.0
+        total = sum(weights.values())
         return {name: weight / total for name, weight in weights.items()}
 
     @property
@@ -176,8 +175,9 @@ class GenerationRequest:
         parts, values = [], self.values
         if self.mix:
             largest = sorted(self.mix.items(), key=lambda item: -item[1])[:4]
-            pure = len(self.mix) == 1 and self.to_one
-            parts.append(" + ".join(name if pure else f"{name} {weight:.2g}" for name, weight in largest))
+            parts.append(
+                " + ".join(name if len(self.mix) == 1 else f"{name} {weight:.2g}" for name, weight in largest)
+            )
         if "image" in values:
             parts.append(_title_of(values["image"]) or "photograph")
         elif "vibration" in values:
@@ -246,18 +246,17 @@ def options_of(request: GenerationRequest, form: GenerationForm) -> dict[str, An
 def command(request: GenerationRequest, form: GenerationForm, *, image: str = "") -> str:
     """Return the equivalent command, to be run in the workspace; ``image`` is the file of the cropped photograph."""
     rest = form.has("words") and not form.some_words and set(form.words) - set(request.words)
-    options: dict[str, Any] = {}
-    for name, value in options_of(request.changed(**({"image": image} if image else {})), form).items():
-        text = assignments(value) if isinstance(value, Mapping) else value
-        options[f"--{name.replace('_', '-')}"] = text
-    options |= {
-        "--rest": "mean" if rest else "",
-        "--seconds": request.seconds,
-        "--seed": str(request.seed),
-        "--count": request.count if request.count > 1 else None,
-        "--out": "made.png" if form.gives == "image" else "made.wav",
-    }
-    return command_line(arguments("generate", request.run, options=options))
+    words = arguments(
+        "generate",
+        request.run,
+        **options_of(request.changed(image=image) if image else request, form),
+        rest="mean" if rest else "",
+        seconds=request.seconds,
+        seed=request.seed,
+        count=request.count if request.count > 1 else None,
+        out="made.png" if form.gives == "image" else "made.wav",
+    )
+    return command_line(words)
 
 
 def word_label(word: str) -> str:

@@ -46,14 +46,10 @@ class RequestCards:
         """Draw the form."""
         raise NotImplementedError
 
-    def draw_cards(self) -> None:
-        """Draw the cards of the result."""
-        raise NotImplementedError
-
     @ui.refreshable_method
     def draw_result(self) -> None:
         """Draw the result."""
-        self.draw_cards()
+        raise NotImplementedError
 
     def _last_result(self) -> SendResult | None:
         try:
