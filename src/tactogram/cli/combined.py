@@ -138,7 +138,8 @@ def _generation_parameters() -> Iterator[Parameter]:
 
     for name, (_, option) in condition_options().items():
         annotation = getattr(option.kind, "__name__", str(option.kind))
-        yield Parameter(name, annotation, Optional[option.kind], None, f"{option.label}.", False)  # noqa: UP045
+        text = option.help[:1].upper() + option.help[1:]
+        yield Parameter(name, annotation, Optional[option.kind], None, f"{text}.", False)  # noqa: UP045
     yield from reading_parameters()
 
 

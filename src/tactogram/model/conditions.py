@@ -54,11 +54,6 @@ class ConditionOption:
     file: str = ""
     example: str = ""
 
-    @property
-    def label(self) -> str:
-        """Help that begins with a capital letter."""
-        return self.help[:1].upper() + self.help[1:]
-
 
 @dataclass(frozen=True)
 class ConditionType:
@@ -83,6 +78,12 @@ class ConditionType:
     options: tuple[ConditionOption, ...] = ()
     unit: str = ""
     types: tuple[type, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """Label of a field: its option and unit, such as ``Speed, mm/s``."""
+        words = (self.options[0].name if self.options else self.name).replace("_", " ").capitalize()
+        return f"{words}, {self.unit}" if self.unit else words
 
     def check(self, value: Any) -> None:
         """Refuse a number that is none, and a value of another type; a `ParameterError` names the condition."""

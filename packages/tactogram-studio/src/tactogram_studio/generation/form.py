@@ -232,7 +232,7 @@ def check_request(request: GenerationRequest, form: GenerationForm) -> None:
 
 def options_of(request: GenerationRequest, form: GenerationForm) -> dict[str, Any]:
     """Return the values of a request by option (`tactogram.model.condition_options`), in the order of the options."""
-    options = {}
+    options: dict[str, Any] = {}
     for name, one in condition_types().items():
         if not form.has(name) or not one.options:
             continue

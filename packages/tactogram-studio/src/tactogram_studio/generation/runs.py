@@ -176,7 +176,8 @@ class GeneratingRuns(RunCatalogue):
         """Return the condition that a form states, missing words filled in, and sentences on what a recording lacks."""
         from tactogram.workflows import SIMULATED, Reading, ask
 
-        options, condition = options_of(request.changed(image=self.photo_file(request)), form), {}
+        options = options_of(request.changed(image=self.photo_file(request)), form)
+        condition: dict[str, Any] = {}
         for name, (_, option) in condition_options().items():
             if option.file and options.get(name, SIMULATED) != SIMULATED:
                 options[name] = self.workspace.inside(options[name])

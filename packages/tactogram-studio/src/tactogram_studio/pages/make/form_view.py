@@ -123,10 +123,10 @@ def _draw_settings(
 
 def _draw_condition(state: MakePageState, name: str) -> None:
     """Draw the field of a condition as its option declares it: a number, a choice, or else a text."""
-    [option] = condition_types()[name].options
-    label, value = option.label, state.request.values.get(name)
+    condition = condition_types()[name]
+    [option], label, value = condition.options, condition.label, state.request.values.get(name)
     if option.kind is float:
-        _draw_number(state, name, label)
+        _draw_number(state, name, label).tooltip(option.help)
         return
     field: Any = (
         ui.select(list(get_args(option.kind)), label=label, value=value, clearable=True)
@@ -134,10 +134,10 @@ def _draw_condition(state: MakePageState, name: str) -> None:
         else ui.input(label, value=value or "", placeholder=option.example)
     )
     field.on_value_change(lambda event: state.change(redraw=False, **{name: event.value}))
-    field.props(f'outlined dense data-number="{name}"')
+    field.props(f'outlined dense data-number="{name}"').tooltip(option.help)
 
 
-def _draw_number(state: MakePageState, name: str, label: str, most: int | None = None) -> None:
+def _draw_number(state: MakePageState, name: str, label: str, most: int | None = None) -> ui.number:
     """Draw a number that may be empty, or a whole one up to ``most``."""
     request = state.request
 
@@ -150,7 +150,7 @@ def _draw_number(state: MakePageState, name: str, label: str, most: int | None =
     value = vars(request).get(name, request.values.get(name))
     number = kit.NumberField(label, value=value, on_change=changed)
     number.props(f'outlined dense data-number="{name}"' + (" clearable" if most is None else ""))
-    number.on("blur", state.commit).on("keydown.enter", state.commit)
+    return number.on("blur", state.commit).on("keydown.enter", state.commit)
 
 
 def draw_text(state: MakePageState) -> None:

@@ -46,10 +46,14 @@ class RequestCards:
         """Draw the form."""
         raise NotImplementedError
 
+    def draw_cards(self) -> None:
+        """Draw the cards of the result."""
+        raise NotImplementedError
+
     @ui.refreshable_method
     def draw_result(self) -> None:
         """Draw the result."""
-        raise NotImplementedError
+        self.draw_cards()
 
     def _last_result(self) -> SendResult | None:
         try:

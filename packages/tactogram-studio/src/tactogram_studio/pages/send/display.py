@@ -117,8 +117,7 @@ class DisplayCards(RequestCards):
         with kit.busy("fitting the signal to the display", button=self._button):
             self.show(await kit.in_background(self.service.drive, self._request()))
 
-    @ui.refreshable_method
-    def draw_result(self) -> None:
+    def draw_cards(self) -> None:
         """Draw the fit report, and the card that plays the drive."""
         result = self.result
         if result is None or not isinstance(result.request, DriveRequest):

@@ -72,8 +72,7 @@ class FileCards(RequestCards):
         with kit.busy("writing and reading back", button=self._button):
             self.show(await kit.in_background(self.service.file, request))
 
-    @ui.refreshable_method
-    def draw_result(self) -> None:
+    def draw_cards(self) -> None:
         """Draw the files and their losses."""
         result = self.result
         with kit.card(label="Files"):
