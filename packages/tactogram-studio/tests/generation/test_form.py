@@ -163,7 +163,9 @@ def test_a_request_survives_json():
     assert GenerationRequest.from_stored(json.loads(json.dumps(asdict(request)))) == request
 
 
-@pytest.mark.parametrize("stored", [{"crop": "no", "values": 3}, {"unknown": 1}, {}])
+@pytest.mark.parametrize(
+    "stored", [{"crop": "no", "values": 3}, {"values": {"material": 3}}, {"unknown": 1}, {}]
+)
 def test_malformed_values_become_defaults(stored):
     assert GenerationRequest.from_stored(stored) == GenerationRequest()
 

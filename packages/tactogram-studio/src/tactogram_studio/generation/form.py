@@ -140,7 +140,11 @@ class GenerationRequest:
         known = {f.name: stored[f.name] for f in fields(cls) if f.name in stored}
         crop, values = known.get("crop"), known.get("values")
         known["crop"] = tuple(map(float, crop)) if isinstance(crop, list | tuple) and len(crop) == 4 else None
-        known["values"] = values if isinstance(values, dict) else {}
+        known["values"] = {
+            name: value
+            for name, value in (values.items() if isinstance(values, dict) else ())
+            if name not in ("material", "words") or isinstance(value, dict)
+        }
         return cls(**known)
 
     def changed(self, **changes: Any) -> Self:

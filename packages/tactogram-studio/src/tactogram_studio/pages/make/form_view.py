@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from nicegui import ui
 
+from tactogram.cli.verbs import converted
 from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
 from tactogram.model import condition_types
@@ -19,6 +20,7 @@ from tactogram_studio.generation.form import MOST_COUNT, MOST_SEED, OF_A_RECORDI
 from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram_studio.pages.make.mix_view import draw_mix
+from tactogram_studio.workspace.commands import assignments
 
 LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 
@@ -122,19 +124,25 @@ def _draw_settings(
 
 
 def _draw_condition(state: MakePageState, name: str) -> None:
-    """Draw the field of a condition as its option declares it: a number, a choice, or else a text."""
+    """Draw the field of a condition as its option declares it: a number, a choice, scores by name, or else a text."""
     condition = condition_types()[name]
-    [option], label, value = condition.options, condition.label, state.request.values.get(name)
+    option, label, value = condition.options[0], condition.label, state.request.values.get(name)
     if option.kind is float:
         _draw_number(state, name, label).tooltip(option.help)
         return
-    field: Any = (
-        ui.select(list(get_args(option.kind)), label=label, value=value, clearable=True)
-        if get_origin(option.kind) is Literal
-        else ui.input(label, value=value or "", placeholder=option.example)
-    )
-    field.on_value_change(lambda event: state.change(redraw=False, **{name: event.value}))
-    field.props(f'outlined dense data-number="{name}"').tooltip(option.help)
+
+    def changed(event: Any) -> None:
+        entry = event.value or ""
+        if entry and get_origin(option.kind) is Mapping:
+            entry = converted(label, entry.split(","), option.kind)
+        state.change(redraw=False, **{name: entry})
+
+    shown = assignments(value) if isinstance(value, Mapping) else value
+    if get_origin(option.kind) is Literal:
+        field: Any = ui.select(list(get_args(option.kind)), label=label, value=shown, clearable=True)
+    else:
+        field = ui.input(label, value=shown or "", placeholder=option.example).props("debounce=700")
+    field.on_value_change(changed).props(f'outlined dense data-number="{name}"').tooltip(option.help)
 
 
 def _draw_number(state: MakePageState, name: str, label: str, most: int | None = None) -> ui.number:
