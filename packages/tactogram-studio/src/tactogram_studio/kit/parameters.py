@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, MutableMapping, Sequence
+from functools import partial
 from typing import Any
 
 from nicegui import ui
@@ -11,7 +12,7 @@ from nicegui import ui
 from tactogram.cli.verbs import converted
 from tactogram.parameters import Parameter
 
-NUMBERS = ("int", "float", "Count", "Positive", "Share")
+NUMBERS = ("int", "float", "Count", "NotNegative", "Positive", "Share")
 """Annotations of numbers."""
 
 
@@ -19,7 +20,7 @@ class ParameterFields:
     """A field for each of the parameters ``names`` of a verb, in this order; empty ones are left out.
 
     ``labels`` and ``examples`` are by name; a label is by default the name, and what the verb says of the
-    parameter is the field's tooltip. ``entries`` are what the fields begin with.
+    parameter is the field's tooltip. What is entered is in ``entries``, such as those of a browser's storage.
     """
 
     def __init__(
@@ -29,29 +30,30 @@ class ParameterFields:
         *,
         labels: Mapping[str, str] | None = None,
         examples: Mapping[str, str] | None = None,
-        entries: Mapping[str, str] | None = None,
+        entries: MutableMapping[str, Any] | None = None,
         classes: str = "w-36",
     ) -> None:
         known = {one.name: one for one in parameters}
-        self._fields: dict[str, tuple[Parameter, ui.input]] = {}
-        for name in names:
-            label = (labels or {}).get(name) or name.replace("_", " ").capitalize()
-            entry, example = (entries or {}).get(name, ""), (examples or {}).get(name, "")
-            field = ui.input(label, value=entry, placeholder=example).props("dense").classes(classes)
-            field.props('inputmode="decimal"' if known[name].annotation in NUMBERS else "")
-            self._fields[name] = known[name], field.tooltip(known[name].text)
+        self._parameters = {
+            name: (known[name], (labels or {}).get(name, name.capitalize())) for name in names
+        }
+        self._entries: MutableMapping[str, Any] = {} if entries is None else entries
+        for name, (one, label) in self._parameters.items():
+            field = ui.input(label, placeholder=(examples or {}).get(name, ""))
+            field.set_value(str(self._entries.get(name) or ""))
+            field.on_value_change(partial(self._store, name)).props("dense").classes(classes)
+            field.props('inputmode="decimal"' if one.annotation in NUMBERS else "").tooltip(one.text)
 
     def values(self) -> dict[str, Any]:
         """Return the checked values by name; `ParameterError` names the first field that is not one."""
         return {
-            name: value_of(one, text, label=str(field.props["label"]))
-            for name, (one, field) in self._fields.items()
-            if (text := (field.value or "").strip())
+            name: value_of(one, text, label=label)
+            for name, (one, label) in self._parameters.items()
+            if (text := str(self._entries.get(name) or "").strip())
         }
 
-    def entries(self) -> dict[str, str]:
-        """Return what was entered, by name."""
-        return {name: field.value or "" for name, (_, field) in self._fields.items()}
+    def _store(self, name: str, event: Any) -> None:
+        self._entries[name] = event.value or ""
 
 
 def value_of(parameter: Parameter, entry: Any, *, label: str = "") -> Any:

@@ -12,6 +12,8 @@ from starlette.requests import Request
 
 from tactogram.datasets import Store
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.model import condition_types
+from tactogram.parameters import parameters
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
 from tactogram.workflows import add_signal, reading_parameters
@@ -25,7 +27,7 @@ from tactogram_studio.workspace.uploads import save_upload
 FIELDS = ("unit", "rate", "axes", "time", "part", "sheet")
 """What the page asks of a file that does not state it: arguments of `read_file`."""
 LABELS = {"rate": "Rate, Hz", "axes": "Axes or columns", "time": "Time stamps"}
-TEXTS = ("contactor", "session", "subject")
+CONDITIONS = ("speed_mm_s", "force_n", "contactor", "session", "subject")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp")
 
 
@@ -154,10 +156,10 @@ class _UploadedFile:
         expansion = ui.expansion("Unit, rate, axes …", value=not closed).classes("w-full").props("dense")
         examples = {"unit": "m/s^2, g, N", "axes": "x,y,z", "time": "ticks [us], or none"}
         with expansion, ui.row().classes("items-end gap-3"):
-            fields = kit.ParameterFields(
+            kit.ParameterFields(
                 reading_parameters(), FIELDS, labels=LABELS, examples=examples, entries=self.query
             )
-            ui.button("Read again", on_click=lambda: self.go(**fields.entries())).props("outline")
+            ui.button("Read again", on_click=self.go).props("outline")
             ui.button("Remove", on_click=self._remove).props("flat color=negative")
 
     def _remove(self) -> None:
@@ -179,10 +181,10 @@ class _AddForm:
                 fields.text("material", "Material", autocomplete=materials).classes("w-56", remove="w-36")
                 if len(self.store.streams) > 1:
                     fields.choice("stream", list(self.store.streams), "Stream", stream)
-                fields.number("speed_mm_s", "Speed, mm/s")
-                fields.number("force_n", "Force, N")
-                for name in TEXTS:
-                    fields.text(name, name.capitalize())
+                labels = {name: condition_types()[name].label for name in ("speed_mm_s", "force_n")}
+                self.fields = kit.ParameterFields(
+                    parameters(add_signal), CONDITIONS, labels=labels, entries=self.values
+                )
             kit.hint("Enter a code as the subject, never a name.")
             photograph = kit.file_field("Photograph (optional)", self._take_photograph, accept=PICTURES)
             photograph.classes("max-w-lg")
@@ -243,9 +245,6 @@ class _AddForm:
         """Add the recording and return the report of `add_signal`."""
         values, workspace = self.values, self.uploaded.workspace
         photograph = values.get("photograph")
-        conditions: dict[str, Any] = {name: (values.get(name) or "").strip() or None for name in TEXTS}
-        for name in ("speed_mm_s", "force_n"):
-            conditions[name] = None if values.get(name) is None else float(values[name])
         return add_signal(
             workspace.inside(self.uploaded.set),
             self.uploaded.path,
@@ -254,7 +253,7 @@ class _AddForm:
             photograph=workspace.inside(self.uploaded.folder / photograph) if photograph else None,
             simulated=bool(values["simulated"]),
             **self.uploaded.reading,
-            **conditions,
+            **self.fields.values(),
         )
 
 
