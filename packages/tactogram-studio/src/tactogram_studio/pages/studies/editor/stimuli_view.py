@@ -192,7 +192,9 @@ class StimulusForm:
     def _draw_given(self) -> None:
         """Draw the conditions of a model that are numbers; those of a recording where the stimulus has one."""
         fields = [
-            StudyField((*self.place, "given", name), one.label, "", "number")
+            StudyField(
+                (*self.place, "given", name), f"Given {one.label[:1].lower()}{one.label[1:]}", "", "number"
+            )
             for name, one in condition_types().items()
             if one.unit
             and one.options
