@@ -120,7 +120,7 @@ def _downloads(result: SendResult, files: Mapping[str, Any]) -> None:
             ui.link(facts["file"], f"/send/result/{result.id}/{facts['file']}").props("download")
             size = facts["written"]["bytes"]
             size_text = f"{size / 1000:.1f} kB" if size >= 1000 else f"{size} bytes"
-            verdict = facts["written"].get("verdict", "no verdict in a result of an earlier version")
+            verdict = facts["written"]["verdict"]
             kit.hint(f"{title}: {'; '.join(facts['problems']) or 'valid'}, {size_text}. Verdict: {verdict}.")
     constants = [facts["written"].get("constant") for facts in files.values() if "written" in facts]
     for sentence in dict.fromkeys(filter(None, constants)):
