@@ -116,7 +116,7 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
             verb.listing[1](show)
             return 0
         kinds = {one.name: one.kind for one in parameters(function)}
-        options = {name: _converted(name, value, kinds.get(name)) for name, value in options.items()}
+        options = {name: converted(spelt(name), value, kinds.get(name)) for name, value in options.items()}
         further_folders({name: options.pop(name, ()) for name in verb.folders})
         if out := options.get("out") or options.get("table"):
             _check_out(out)
@@ -242,15 +242,15 @@ def _form(kind: Any) -> Any:
     return list[str] if _is_mapping(kind) else str if _is_list(kind) else kind
 
 
-def _converted(name: str, value: Any, kind: Any) -> Any:
-    """Return ``KEY=VALUE`` texts as a mapping, and a list separated by commas as a tuple."""
+def converted(flag: str, value: Any, kind: Any) -> Any:
+    """Return ``KEY=VALUE`` texts as a mapping, and a list separated by commas as a tuple; errors name the ``flag``."""
     if value is None:
         return None
     for one in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
         if _is_mapping(one):
-            return mapping_of(value, get_args(one)[1], spelt(name), "KEY=VALUE")
+            return mapping_of(value, get_args(one)[1], flag, "KEY=VALUE")
         if _is_list(one):
-            return tuple_of(value, get_args(one)[0], spelt(name))
+            return tuple_of(value, get_args(one)[0], flag)
     return value
 
 

@@ -79,6 +79,12 @@ class ConditionType:
     unit: str = ""
     types: tuple[type, ...] = ()
 
+    @property
+    def label(self) -> str:
+        """Label of a field: its option and unit, such as ``Speed, mm/s``."""
+        words = (self.options[0].name if self.options else self.name).replace("_", " ").capitalize()
+        return f"{words}, {self.unit}" if self.unit else words
+
     def check(self, value: Any) -> None:
         """Refuse a number that is none, and a value of another type; a `ParameterError` names the condition."""
         if self.unit and not (isinstance(value, int | float | np.number) and math.isfinite(value)):

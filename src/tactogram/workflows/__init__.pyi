@@ -1,6 +1,7 @@
 from .data.convert import (
     convert as convert,
     list_formats as list_formats,
+    reading_parameters as reading_parameters,
 )
 from .data.simulate import (
     simulate_to_store as simulate_to_store,
@@ -47,6 +48,7 @@ from .generation.clone import (
 )
 from .generation.generate import (
     SIMULATED as SIMULATED,
+    Reading as Reading,
     condition_facts as condition_facts,
     generate as generate,
     limits as limits,

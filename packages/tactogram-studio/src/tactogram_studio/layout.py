@@ -7,7 +7,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from fastapi.exception_handlers import http_exception_handler
 from nicegui import App, Client, app, ui
@@ -15,6 +15,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
 
+from tactogram import workflows
 from tactogram.errors import TactogramError
 
 P = ParamSpec("P")
@@ -56,6 +57,7 @@ def route(address: str) -> ui.page:
 def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[ui.dark_mode]:
     """Draw the frame of a page, and give its appearance; what is drawn inside goes into its content column.
 
+    A `TactogramError` inside is shown where it happened, and ends the page there.
     The navigation, omitted if a single study is served, marks the entry of `PAGES` with this title as current.
     """
     ui.page_title(f"{title} · tactogram")
@@ -78,7 +80,10 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
     with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch"):
-            yield dark
+            try:
+                yield dark
+            except (TactogramError, OSError) as error:
+                ui.label(str(error)).classes("text-negative").props('role="alert"')
 
 
 def _appearance() -> ui.dark_mode:
@@ -123,14 +128,24 @@ def show_error(error: BaseException) -> None:
 
 
 def show_errors(app: App) -> None:
-    """Let every page of an application show the errors of its events and timers, in place of NiceGUI's traceback."""
+    """Let pages of an application show the errors of their events and timers, and its other routes answer with 404."""
     app.on_exception(show_error)
+    app.add_exception_handler(TactogramError, _not_found)
     logging.getLogger("nicegui").addFilter(lambda record: not isinstance(record.msg, Exception))
+
+
+def _not_found(request: Request, error: Exception) -> Response:
+    return Response(str(error), status_code=404, media_type="text/plain")
 
 
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:
     """Return the result of a slow function, called in a thread."""
     return await asyncio.to_thread(function, *args, **kwargs)
+
+
+async def call_workflow(name: str, /, *args: Any, **kwargs: Any) -> Any:
+    """Return the result of a function of `tactogram.workflows`, which is imported, maybe with torch, in the thread."""
+    return await in_background(lambda: getattr(workflows, name)(*args, **kwargs))
 
 
 @contextmanager

@@ -124,7 +124,7 @@ def run_study(
     with _bound_port(port, host, https=https, certificate=certificate, key=key) as listening:
         from tactogram_studio import application
         from tactogram_studio.context import Studio
-        from tactogram_studio.pages.studies.experiment_view import address_of
+        from tactogram_studio.workspace.session_view import address_of
         from tactogram_study.participants.server_display import ServerDisplay
         from tactogram_study.session.participants import checked_code
         from tactogram_study.workflows.stimuli import limited_lines

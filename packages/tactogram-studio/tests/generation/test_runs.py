@@ -67,7 +67,7 @@ def test_the_first_run_is_chosen_with_a_valid_form(state):
 def test_a_model_that_comes_trained_is_last_and_generates_from_words(state):
     assert [run.title for run in state.runs.finished()][-1] == "texture_flow, ready to use"
     state.choose("texture_flow")
-    assert (len(state.form.materials), "photo" in state.form.instead) == (84, False)
+    assert (len(state.form.materials), "image" in state.form.instead) == (84, False)
     state.set(words={"rough": 6.0}, seconds=0.5)
 
     ((_, made),) = state.runs.generate(state.request)
@@ -101,7 +101,7 @@ def test_a_run_of_images_leaves_the_unticked_words_open(tmp_path):
 
 
 def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, capsys):
-    state.set(weights={"tile": 0.7, "carpet": 0.35}, seconds=0.5, seed=11, count=2)
+    state.set(material={"tile": 0.7, "carpet": 0.35}, seconds=0.5, seed=11, count=2)
     pieces = [made.samples for _, made in state.runs.generate(state.request)]
     monkeypatch.chdir(state.workspace.folder)
 
@@ -117,7 +117,7 @@ def test_the_command_generates_the_same_samples(state, tmp_path, monkeypatch, ca
 
 
 def test_generation_can_end_between_results(state):
-    request = replace(state.request, count=5, seconds=0.1)
+    request = state.request.changed(count=5, seconds=0.1)
 
     assert [number for number, _ in state.runs.generate(request, proceed=lambda number: number < 3)] == [1, 2]
 
@@ -138,7 +138,7 @@ def test_the_map_is_computed_once_and_stored(state, monkeypatch):
 
 def test_the_nearest_recordings_by_spectrum_are_of_the_material(state):
     material = state.form.materials[0]
-    [(_, made)] = state.runs.generate(replace(state.request, weights={material: 1.0}))
+    [(_, made)] = state.runs.generate(state.request.changed(material={material: 1.0}))
 
     method, found = state.runs.nearest(state.run, made)
 
@@ -187,7 +187,7 @@ def test_the_smallest_crop_is_a_pixel():
 def test_a_cancelled_generation_ends_although_another_has_begun(state):
     page = MakePage(None, state)
     first, before = threading.Event(), len(state.made.all())
-    results = state.runs.generate(replace(state.request, count=3, seconds=0.1))
+    results = state.runs.generate(state.request.changed(count=3, seconds=0.1))
 
     def generate(request, *, proceed):
         assert proceed(1)

@@ -79,7 +79,7 @@ def test_results_are_stored_shown_kept_and_survive_a_reload(state):
     assert again.kept_id(f"made:{second.id}") == kept.id
     assert kept.facts["run"] == VOICES
     assert kept.facts["simulated"] is True
-    assert kept.facts["condition"]["weights"] == state.request.weights
+    assert kept.facts["condition"]["material"] == state.request.weights
     assert np.array_equal(kept.signal().samples, made.samples)
     again.rename(f"made:{second.id}", "my cork")  # here, and where it is kept
     assert [again.current_result().title, again.shelf.get(kept.id).title] == ["my cork"] * 2

@@ -1,7 +1,12 @@
-"""Texts in attributes."""
+"""Texts in attributes, and charts."""
 
-from tactogram_studio.kit import attribute
+from tactogram_studio.kit import attribute, line_chart
 
 
 def test_an_attribute_keeps_no_quotes_backslashes_or_line_breaks():
     assert attribute('rubber "soft"\nC:\\x') == "rubber 'soft' C:/x"
+
+
+def test_only_positive_values_are_shown_on_a_logarithmic_scale():
+    assert line_chart({"a": [(1, 1.0)]}, x="step", log_scale=True)["yAxis"]["type"] == "log"
+    assert line_chart({"a": [(1, -1.0)]}, x="step", log_scale=True)["yAxis"]["type"] == "value"

@@ -139,8 +139,8 @@ def test_only_files_that_may_be_signals_are_offered(sending):
 )
 def test_a_damaged_result_is_an_error_in_a_line(sending, text):
     sent = sending.drive(DriveRequest(sending.of, "audio", "peak=0.2"))
-    (sent.folder / "order.json").write_text(text)
-    with pytest.raises(DataError, match=r"order\.json: (not a JSON document|damaged)") as told:
+    (sent.folder / "facts.json").write_text(text)
+    with pytest.raises(DataError, match=r"facts\.json: (not a JSON document|damaged)") as told:
         sending.get(sent.id)
     assert "\n" not in str(told.value)
 

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import hmac
-import json
-import re
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,11 +29,12 @@ from tactogram.text_files import read_json, read_text
 from tactogram_studio import kit
 from tactogram_studio.effects.effect import Effect, effect_from_json, mixed
 from tactogram_studio.signals.sound import range_response, sound_of
-from tactogram_studio.workspace.folder import DatedFolders
+from tactogram_studio.workspace.commands import stem_of
+from tactogram_studio.workspace.folder import FACTS, DatedFolders
 from tactogram_studio.workspace.uploads import check_upload
 from tactogram_study.participants.tickets import SessionKeys
 
-FACTS, EFFECT_FILE = "facts.json", "effect.json"
+EFFECT_FILE = "effect.json"
 EFFECT = "effect"
 """Fact of a kept result that holds the effect it was made of."""
 MOST_FILES = 40
@@ -91,7 +89,7 @@ class WrittenFiles:
     def write(self, effect: Effect, format: str) -> WrittenFile:
         """Write an effect; errors as of `mixed` and `write_haptic`, and no file then."""
         events = mixed(effect)
-        stem = re.sub(r"[^A-Za-z0-9_-]+", "-", effect.title)[:40].strip("-") or "effect"
+        stem = stem_of(effect.title, "effect")
 
         def write(part: Path) -> dict[str, Any]:
             path = part / file_name(stem, format)
@@ -105,7 +103,7 @@ class WrittenFiles:
                 "told": _told(written),
             }
 
-        return self._add(write)
+        return self.get(self._folders.add(write, most=MOST_FILES))
 
     def upload(self, name: str, data: bytes) -> tuple[WrittenFile, HapticFile]:
         """Store an uploaded haptic file, and return it with its content; `DataError` if it is not valid."""
@@ -127,7 +125,7 @@ class WrittenFiles:
                 "told": [],
             }
 
-        return self._add(write), read[0]
+        return self.get(self._folders.add(write, most=MOST_FILES)), read[0]
 
     def get(self, identifier: str) -> WrittenFile:
         """Return a file by its id; `DataError` if there is none."""
@@ -144,13 +142,6 @@ class WrittenFiles:
             )
         except (KeyError, TypeError):
             raise DataError(folder / FACTS, "damaged; write the file again") from None
-
-    def _add(self, write: Callable[[Path], dict[str, Any]]) -> WrittenFile:
-        def write_all(part: Path) -> None:
-            facts = write(part)
-            (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False), encoding="utf-8")
-
-        return self.get(self._folders.add(write_all, most=MOST_FILES))
 
 
 def _told(written: dict[str, Any]) -> list[str]:

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.model import condition_options
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import read_image, read_signal, write_text
+from tactogram.signal.io import read_image, read_signal, write_image, write_text
 from tactogram.text_files import read_json
 from tactogram_studio.generation.form import (
     LONGEST_S,
-    OF_A_STROKE,
     Crop,
     GenerationForm,
     GenerationRequest,
     check_request,
     form_of_run,
+    options_of,
 )
 from tactogram_studio.signals.traits import band_levels
 from tactogram_studio.workspace.runs import LOCK, FinishedRun, RunCatalogue
@@ -155,7 +157,7 @@ class GeneratingRuns(RunCatalogue):
         check_request(request, form)
         with LOCK:
             loaded = self.load(run)
-            condition = self._condition(request, loaded, form)
+            condition, _ = self._condition(request, loaded, form)
             from tactogram.workflows import generate
 
             pieces = generate(
@@ -168,50 +170,47 @@ class GeneratingRuns(RunCatalogue):
                 results.append((number, next(pieces)))
             return results  # a list: a generator that is not exhausted would hold the lock
 
-    def _condition(self, request: GenerationRequest, run: LoadedRun, form: GenerationForm) -> dict[str, Any]:
-        """Return the model's condition for a form, with files read and missing words filled in."""
+    def _condition(
+        self, request: GenerationRequest, run: LoadedRun, form: GenerationForm
+    ) -> tuple[dict[str, Any], list[str]]:
+        """Return the condition that a form states, missing words filled in, and sentences on what a recording lacks."""
+        from tactogram.workflows import SIMULATED, Reading, ask
+
+        options = options_of(request.changed(image=self.photo_file(request)), form)
         condition: dict[str, Any] = {}
-        if request.mix and form.has("materials"):
-            condition["material"] = request.mix
-        if request.photo and form.has("photo"):
-            condition["image"] = self.photograph(request)
-        if request.text:
-            condition["text"] = request.text
-        if form.some_words and request.words:
-            from tactogram.workflows import some_words
-
-            condition["words"] = some_words(run, request.words)
-        elif "words" in form.needs:
-            from tactogram.workflows import ask
-
-            rest = None if set(form.words) <= set(request.words) else "mean"
-            condition["words"] = ask([run], request.words, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
-        if request.vibration and form.has("vibration"):
-            vibration = read_signal(self.workspace.inside(request.vibration))
-            condition["vibration"] = (
-                run.prepare_vibration(vibration) if "vibration" in form.instead else vibration
+        for name, (_, option) in condition_options().items():
+            if option.file and options.get(name, SIMULATED) != SIMULATED:
+                options[name] = self.workspace.inside(options[name])
+        if "words" in form.needs:
+            scores = options.pop("words", {})
+            rest = None if set(form.words) <= set(scores) else "mean"
+            condition["words"] = ask([run], scores, rest=rest).on_scale_of(run)  # type: ignore[arg-type]
+            if "vibration" in options:
+                condition["vibration"] = read_signal(options.pop("vibration"))
+        how = Reading(run, {}, request.seconds, request.seed)
+        condition |= how.condition(options)
+        motion = condition.get("motion")
+        if motion is not None and request.seconds is None and motion.seconds > LONGEST_S:
+            raise ParameterError(
+                f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s, or cut it."
             )
-        given = {name: getattr(request, name) for name in OF_A_STROKE}
-        condition |= {name: value for name, value in given.items() if value is not None}
-        if request.motion:
-            from tactogram.workflows import SIMULATED, motion_of
+        return condition, how.limited
 
-            simulated = request.motion == SIMULATED
-            source = SIMULATED if simulated else self.workspace.inside(request.motion)
-            motion = motion_of(source, seconds=request.seconds, seed=request.seed)
-            if request.seconds is None and motion.seconds > LONGEST_S:
-                raise ParameterError(
-                    f"The motion lasts {motion.seconds:g} s; set a length of at most {LONGEST_S:g} s, or cut it."
-                )
-            condition["motion"] = motion
-        return condition
-
-    def photograph(self, request: GenerationRequest) -> Image:
-        """Return the cropped photograph."""
-        path = self.workspace.inside(request.photo)
-        if not path.is_file():
-            raise DataError(f"{request.photo}: no longer available; choose a photograph again")
-        return cropped(read_image(path), request.crop)
+    def photo_file(self, request: GenerationRequest) -> str:
+        """Return the file of the cropped photograph, relative to the workspace, written if missing; "" without one."""
+        photograph = str(request.values.get("image", ""))
+        if not photograph:
+            return ""
+        whole = self.workspace.inside(photograph)
+        if not whole.is_file():
+            raise DataError(f"{photograph}: no longer available; choose a photograph again")
+        if request.crop is None:
+            return photograph
+        digest = hashlib.sha256(f"{photograph} {request.crop}".encode()).hexdigest()[:8]
+        file = whole.with_name(f"{whole.stem}-part-{digest}.png")
+        if not file.is_file():
+            write_image(file, cropped(read_image(whole), request.crop))
+        return self.workspace.name_of(file)
 
     def said(self, request: GenerationRequest) -> dict[str, Any]:
         """Return `condition_facts` of a request, and what they say of its description in a sentence, ``described``."""
@@ -219,12 +218,12 @@ class GeneratingRuns(RunCatalogue):
 
         run = self.get(request.run)
         form = form_of_run(run)
-        request = form.used(request)
-        measured = request.vibration and "vibration" in form.instead
-        recorded = read_signal(self.workspace.inside(request.vibration)) if measured else None
         with LOCK:
             loaded = self.load(run)
-            facts = condition_facts(loaded, self._condition(request, loaded, form), recorded)
+            condition, lacks = self._condition(form.used(request), loaded, form)
+            facts = condition_facts(loaded, condition)
+        if limited := [*facts.get("limited", ()), *lacks]:
+            facts["limited"] = limited
         text = description_text(facts)
         return facts | {"described": f"{text[:1].upper()}{text[1:]}." if text else ""}
 
@@ -235,12 +234,13 @@ class GeneratingRuns(RunCatalogue):
         """
         from tactogram.workflows import with_materials
 
-        given = {"text": text} | ({"image": self.photograph(request)} if request.photo else {})
+        photograph = self.photo_file(request)
+        given = {"image": read_image(self.workspace.inside(photograph))} if photograph else {}
         with LOCK:
-            found = with_materials(self.load(self.get(request.run)), given)
-        if "text" in found or request.photo:
-            return replace(request, text=text)
-        return replace(request, text="", weights=found["material"])
+            found = with_materials(self.load(self.get(request.run)), given | {"text": text})
+        if "text" in found or photograph:
+            return request.changed(text=text)
+        return request.changed(text="", material=found["material"])
 
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
         """Return the place of each material of a run on its map, float64, shape (material, 2).
@@ -256,7 +256,9 @@ class GeneratingRuns(RunCatalogue):
         seconds = MAP_S if form_of_run(run).over == "time" else None
         signals = []
         for name in materials:
-            [(_, made)] = self.generate(GenerationRequest(run.name, {name: 1.0}, seconds=seconds))
+            [(_, made)] = self.generate(
+                GenerationRequest(run.name, {"material": {name: 1.0}}, seconds=seconds)
+            )
             if not isinstance(made, Signal):
                 raise ParameterError(f"{run.name}: generates images, whose spectra have no map")
             signals.append(made)

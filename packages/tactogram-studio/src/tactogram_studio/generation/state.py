@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Mapping, MutableMapping
+from collections.abc import Callable, Mapping, MutableMapping
 from contextlib import suppress
 from dataclasses import asdict, replace
-from typing import Any, Protocol
+from typing import Any
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Image, Signal
-from tactogram.signal.io import write_image
 from tactogram_studio.generation.form import (
     GenerationForm,
     GenerationRequest,
@@ -37,7 +35,8 @@ class MakePageState:
 
     ``storage`` has JSON values that survive a reload: forms (``past``, ``asked``, ``future``), and results by name:
     ``made:ID`` in the archive ``made`` of unkept results, or ``kept:ID`` on the shelf. ``request`` is the form as
-    shown, ``committed`` the last undoable one.
+    shown, ``committed`` the last undoable one, and ``failure`` says why the last generation gave nothing. The
+    page sets ``on_change``, which gets whether the form is to be drawn anew, and ``redraw_results``.
     """
 
     def __init__(
@@ -54,6 +53,9 @@ class MakePageState:
         self.motions = workspace.studio_folder / "motions"
         self.run: FinishedRun | None = None
         self.request = self.committed = GenerationRequest()
+        self.failure = ""
+        self.on_change: Callable[[bool], object] = lambda redraw: None
+        self.redraw_results: Callable[[], object] = lambda: None
         self._restore(storage.get("asked") or {})
 
     @property
@@ -79,17 +81,23 @@ class MakePageState:
 
     def set(self, **changes: Any) -> None:
         """Change the form without an undoable step, as while a slider moves."""
-        self.request = replace(self.request, **changes)
+        self.request = self.request.changed(**changes)
 
-    def commit(self) -> bool:
-        """Make the changes an undoable step and store them; return whether there were any."""
+    def change(self, *, redraw: bool = True, **changes: Any) -> None:
+        """Change the form by an undoable step."""
+        self.set(**changes)
+        self.commit(redraw=redraw)
+
+    def commit(self, *, redraw: bool = False) -> None:
+        """Make the changes, if there are any, an undoable step, store them and tell the page."""
         changed = self.request != self.committed
         if changed and self.committed.run:
             self.storage["past"] = [*self.storage.get("past", ()), asdict(self.committed)][-MOST_STEPS:]
             self.storage["future"] = []
         self.committed = self.request
         self.storage["asked"] = asdict(self.request)
-        return changed
+        if changed or redraw:
+            self.on_change(redraw)
 
     def undo(self) -> None:
         """Undo the last step; raise `ParameterError` if there is none."""
@@ -106,29 +114,18 @@ class MakePageState:
         *self.storage[back], form = self.storage[back]
         self.storage[forth] = [*self.storage.get(forth, ()), asdict(self.request)]
         self._restore(form)
-        self.commit()
+        self.commit(redraw=True)
 
     def _restore(self, form: Mapping[str, Any]) -> None:
         self.request = GenerationRequest.from_stored(form)
         self._select_run(self.request.run)
         self.committed = self.request
 
-    def photo_file(self, request: GenerationRequest) -> str:
-        """Return the file of the cropped photograph, relative to the workspace; write it if it is missing."""
-        if not request.photo or request.crop is None:
-            return request.photo
-        digest = hashlib.sha256(f"{request.photo} {request.crop}".encode()).hexdigest()[:8]
-        whole = self.workspace.inside(request.photo)
-        file = whole.with_name(f"{whole.stem}-part-{digest}.png")
-        if not file.is_file():
-            write_image(file, self.runs.photograph(request))
-        return self.workspace.name_of(file)
-
     def command(self) -> str:
         """Return the equivalent command, to be run in the workspace."""
         if self.run is None:
             return ""
-        return command(self.form.used(self.request), self.form, photo=self.photo_file(self.request))
+        return command(self.form.used(self.request), self.form, image=self.runs.photo_file(self.request))
 
     # -- results -----------------------------------------------------------------------------------------
 
@@ -152,11 +149,11 @@ class MakePageState:
             "run": run.name,
             "run_id": run.data.get("run_id"),
             "model": run.model.name,
-            "condition": asdict(request),
+            "condition": dict(request.values),
             "seed": request.seed,
             "number": number,
             "simulated": run.kind.simulated,
-            "command": command(request, form, photo=self.photo_file(request)),
+            "command": command(request, form, image=self.runs.photo_file(request)),
             **(said or {}),
         }
         result = self.made.keep(made, title=title, facts=facts)
@@ -230,21 +227,3 @@ class MakePageState:
         """Return the id of a result's copy on the shelf; empty if there is none."""
         id = str(self.storage.get("kept", {}).get(name, ""))
         return id if id and self.find(f"kept:{id}") is not None else ""
-
-
-class FormPage(Protocol):
-    """Page with the form and the results of a state, as far as what is drawn on it needs."""
-
-    state: MakePageState
-    failure: str
-    """Why the last generation gave nothing."""
-
-    @property
-    def results(self) -> Any:
-        """Method that draws the results, with ``refresh``."""
-
-    def change(self, *, redraw: bool = True, **changes: Any) -> None:
-        """Change the form by an undoable step."""
-
-    def committed(self, *, redraw: bool = False) -> None:
-        """Make changes of the form an undoable step, and update what depends on it."""

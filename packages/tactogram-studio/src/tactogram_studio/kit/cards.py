@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -10,6 +10,8 @@ from nicegui import ui
 
 from tactogram.errors import TactogramError
 
+INKS = ("#0b5d66", "#b3541e", "#5b4a9e", "#1e6b34", "#a4262c", "#5a6470", "#8a5a00", "#1f5fa8", "#a1267f")
+"""Colours of curves; each has a contrast of at least 4.5:1 on white."""
 Cell = str | Callable[[], Any]
 """A text, or what draws the content."""
 
@@ -51,6 +53,14 @@ def column(*, gap: int = 4, live: bool = False) -> ui.column:
     """Draw a column as wide as its place, such as that of a result, whose changes are read out if it is ``live``."""
     drawn = ui.column().classes(f"w-full gap-{gap} items-stretch")
     return drawn.props('aria-live="polite"') if live else drawn
+
+
+def title_row(title: str, simulated: object = False, text: str = "simulated") -> ui.row:
+    """Draw the heading of a card with the mark of simulated data, and return its row, where more can go."""
+    with ui.row().classes("w-full items-center gap-2") as row:
+        heading(title).style("overflow-wrap: anywhere")
+        mark_simulated(simulated, text)
+    return row
 
 
 def mark_simulated(simulated: object, text: str = "simulated") -> None:
@@ -173,6 +183,43 @@ def table(
                         else:
                             with element:
                                 cell()
+
+
+def line_chart(
+    curves: Mapping[str, Sequence[Sequence[float]]], *, x: str, log_scale: bool = False, bold: str = ""
+) -> dict[str, Any]:
+    """Return the options of an ECharts chart of curves by name, points each; ``x`` names the horizontal axis.
+
+    ``log_scale`` applies only if all values are positive.
+    """
+    positive = all(value > 0 for points in curves.values() for _, value in points)
+    return {
+        "animation": False,
+        "color": list(INKS),
+        "aria": {"enabled": True},
+        "grid": {"left": 60, "right": 20, "top": 48, "bottom": 45},
+        "legend": {"show": True, "top": 0, "type": "scroll"},
+        "tooltip": {"trigger": "axis"},
+        "xAxis": {
+            "type": "value",
+            "name": x,
+            "nameLocation": "middle",
+            "nameGap": 28,
+            "min": 0,
+            "max": "dataMax",
+        },
+        "yAxis": {"type": "log" if log_scale and positive else "value", "scale": True},
+        "series": [
+            {
+                "type": "line",
+                "name": name,
+                "showSymbol": len(points) < 3,
+                "lineStyle": {"width": 3 if name == bold else 1.5},
+                "data": [list(point) for point in points],
+            }
+            for name, points in curves.items()
+        ],
+    }
 
 
 def table_head(headings: Sequence[str]) -> None:

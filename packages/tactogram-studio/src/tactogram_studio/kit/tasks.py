@@ -14,6 +14,7 @@ from tactogram_studio.layout import in_background
 from tactogram_studio.tasks.log import duration_text, time_left
 from tactogram_studio.tasks.queue import Kind, StudioTask, TaskQueue, TaskStatus
 from tactogram_studio.workspace.commands import command_line
+from tactogram_studio.workspace.runs import RunSummary
 from tactogram_studio.workspace.starter_data import StarterData
 
 COLOURS = {
@@ -34,6 +35,17 @@ def badge(state: str) -> None:
     """Draw a state."""
     shown = ui.badge(state, color=COLOURS[state]).classes("text-sm q-px-sm q-py-xs")
     shown.props(f'data-state="{state}"')
+
+
+def state_of(summary: RunSummary | None, status: TaskStatus | None) -> str:
+    """Return the state of a run: of its active task, else according to its folder."""
+    if status is not None and status.active:
+        return status.state
+    if summary is not None and summary.finished:
+        return "finished"
+    if summary is not None and summary.training:
+        return "running"
+    return status.state if status is not None else "unfinished"
 
 
 class TaskStart:
@@ -129,6 +141,15 @@ class TaskCards:
         for task, status in tasks:
             if task.id in self._rows:
                 self._rows[task.id].update(task, status)
+
+    def follow(self, every_s: float = 1.0) -> None:
+        """Draw the cards, and keep them up to date."""
+
+        async def update() -> None:
+            self.update(await in_background(lambda: self.unfinished(self._queue.all())))
+
+        self.draw()
+        ui.timer(every_s, update)
 
     @ui.refreshable_method
     def draw(self) -> None:

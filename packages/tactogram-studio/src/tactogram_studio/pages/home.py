@@ -50,7 +50,8 @@ def draw_first_touch(studio: Studio) -> None:
             described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
         state = MakePageState(studio.workspace, studio.shelf, runs, app.storage.user.setdefault("make", {}))
         state.choose(SHIPPED)
-        state.set(weights=described.weights, text=described.text, photo="", vibration="", words={})
+        described_by = dict.fromkeys(("material", "text", "image", "vibration", "words"))
+        state.set(**{**described_by, **described.values})
         state.commit()
         ui.navigate.to("/make?generate=true")
 

@@ -7,10 +7,11 @@ from itertools import groupby
 from typing import Any, Literal
 from urllib.parse import quote
 
-from fastapi.responses import FileResponse, HTMLResponse, JSONResponse
+from fastapi.responses import FileResponse, HTMLResponse
 from nicegui import app, ui
 
 from tactogram.errors import TactogramError
+from tactogram.text_files import read_json
 from tactogram.workflows import table as published_rows
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -20,7 +21,6 @@ from tactogram_studio.workspace.reports import (
     in_scheme,
     matching,
     published_cells,
-    read_result,
     readable_file,
     report_files,
     values_text,
@@ -45,10 +45,7 @@ def add(studio: Studio) -> None:
 
     @app.get("/reports/file/{name:path}")
     def file(name: str, scheme: Literal["light", "dark"] | None = None) -> Any:
-        try:
-            path = readable_file(studio.workspace, name)
-        except TactogramError as error:
-            return JSONResponse({"error": str(error)}, status_code=404)
+        path = readable_file(studio.workspace, name)
         headers = {"Content-Security-Policy": REPORT_POLICY}
         if scheme and path.suffix == ".html":
             return HTMLResponse(in_scheme(path.read_bytes(), scheme), headers=headers)
@@ -125,9 +122,7 @@ class ReportsPanel:
             return
         address = f"/reports/file/{quote(file.path)}"
         with ui.row().classes("items-center justify-between w-full"):
-            with ui.row().classes("items-center gap-2"):
-                kit.heading(file.path)
-                kit.mark_simulated(file.simulated, "simulated data")
+            kit.title_row(file.path, file.simulated, "simulated data").classes(remove="w-full")
             ui.link("Open in a new tab", address, new_tab=True)
         title = html.escape(f"{file.kind} {file.path}", quote=True)
         if file.kind == "report":
@@ -143,7 +138,7 @@ class ReportsPanel:
                 if file.kind == "text":
                     ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
                 else:
-                    ui.label(values_text(read_result(whole))).classes("code")
+                    ui.label(values_text(read_json(whole))).classes("code")
             except (TactogramError, OSError) as error:
                 kit.alert(str(error))
 

@@ -14,7 +14,7 @@ from typing import Any
 from fastapi import Response
 from nicegui import app, ui
 
-from tactogram.errors import TactogramError
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.signals.pictures import (
@@ -40,10 +40,7 @@ def add_routes() -> None:
 
     @app.get("/signals/{key}/sound.wav")
     def sound(key: str, gain: float | None = None) -> Response:
-        try:
-            clip = sound_of(SHOWN.get(key).signal, gain=gain)
-        except TactogramError as error:
-            return Response(str(error), status_code=404, media_type="text/plain")
+        clip = sound_of(SHOWN.get(key).signal, gain=gain)
         headers = {
             "X-Gain": f"{clip.gain:.6g}",
             "X-Limited": f"{clip.limited:.6g}",
@@ -53,13 +50,9 @@ def add_routes() -> None:
 
     @app.get("/signals/{key}/spectrogram.png")
     def spectrogram(key: str, peak: float, extent: float, top_db: float, top_hz: float) -> Response:
-        try:
-            traits = SHOWN.get(key).traits
-        except TactogramError as error:
-            return Response(str(error), status_code=404, media_type="text/plain")
         if not (extent > 0 and top_hz > 0 and math.isfinite(extent + top_hz + top_db + peak)):
-            return Response("extent and top_hz must be > 0", status_code=400, media_type="text/plain")
-        png = spectrogram_png(traits, scales=SharedScales(peak, extent, top_db, top_hz))
+            raise ParameterError("extent and top_hz must be > 0")
+        png = spectrogram_png(SHOWN.get(key).traits, scales=SharedScales(peak, extent, top_db, top_hz))
         return Response(png, media_type="image/png", headers=CACHED)
 
 
@@ -117,10 +110,7 @@ def _frame(entry: SignalEntry) -> tuple[ui.row, ui.element]:
     """Draw an empty card and return its title row and the place of its pictures."""
     card = ui.element("section").classes("card signal")
     with card.props(f'role="group" aria-label="{kit.attribute(entry.title)}"'):
-        with ui.row().classes("w-full items-center gap-2") as top:
-            kit.heading(entry.title)
-            if entry.simulated:
-                ui.label("simulated").classes("simulated")
+        top = kit.title_row(entry.title, entry.simulated)
         place = ui.element("div").classes("pictures")
     return top, place
 

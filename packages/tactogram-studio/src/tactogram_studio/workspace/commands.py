@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from tactogram.cli.verbs import spelt
 
-def arguments(*words: str, options: Mapping[str, Any]) -> list[str]:
-    """Return the words after ``tactogram``: options with a value, a flag for True, one for each entry of a list.
 
-    None, False and empty texts are left out. Numbers read back as themselves.
+def arguments(*words: str, **options: Any) -> list[str]:
+    """Return the words after ``tactogram``: options by parameter of the verb, with a value or one for each of a list.
+
+    A flag for True; None, False and empty values are left out. Numbers read back as themselves.
     """
     found = list(words)
-    for option, value in options.items():
+    for name, value in options.items():
+        option = spelt(name)
         if value is True:
             found.append(option)
             continue
-        for entry in value if isinstance(value, list | tuple) else [value]:
+        entries = value if isinstance(value, list | tuple) else [value]
+        for entry in map(assignments, entries) if isinstance(value, Mapping) else entries:
             if entry is not None and entry is not False and entry != "":
                 found += [option, entry if isinstance(entry, str) else exact(entry)]
     return found
@@ -46,3 +51,8 @@ def free_name(folder: Path, name: str, suffix: str = "") -> str:
         number += 1
         free = f"{name}-{number}{suffix}"
     return free
+
+
+def stem_of(title: str, otherwise: str = "touch") -> str:
+    """Return a title as the name of a file without its suffix."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "-", title)[:40].strip("-") or otherwise

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -18,6 +19,8 @@ from tactogram.text_files import REPLACEMENT, displayable, read_toml
 
 STUDIO = "studio"
 """Folder for the studio's own files: kept results, example surfaces, state."""
+FACTS = "facts.json"
+"""File of a folder named after its creation time, with what is known of its content."""
 DEPTH = 4
 """Levels of folders that are searched for runs, stores and sessions."""
 MOST_FOLDERS = 5000
@@ -180,10 +183,10 @@ class DatedFolders:
 
     folder: Path
 
-    def add(self, write: Callable[[Path], object], *, most: int | None = None) -> str:
+    def add(self, write: Callable[[Path], Mapping[str, Any] | None], *, most: int | None = None) -> str:
         """Create a folder, fill it by ``write`` and return its name; if ``write`` fails, nothing is left.
 
-        The oldest are deleted if there are more than ``most`` then.
+        What ``write`` returns is stored as `FACTS`. The oldest are deleted if there are more than ``most`` then.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         now = datetime.now(UTC)
@@ -192,7 +195,8 @@ class DatedFolders:
             now += timedelta(microseconds=1)
         identifier, part = started
         try:
-            write(part)
+            if (facts := write(part)) is not None:
+                (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False, indent=1), encoding="utf-8")
             part.rename(self.folder / identifier)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)

@@ -168,14 +168,3 @@ def _shortened(values: Any) -> Any:
         more = [f"… ({len(values)} in all)"] if len(values) > MOST_ENTRIES else []
         return [_shortened(value) for value in (values[:10] if more else values)] + more
     return float(f"{values:.5g}") if isinstance(values, float) else values
-
-
-def read_result(path: Path) -> dict[str, Any]:
-    """Return the values of a JSON file of results; raise `DataError` if it is unreadable."""
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(path.name, f"not readable: {error}") from error
-    if not isinstance(values, dict):
-        raise DataError(path.name, "expected a table of results")
-    return values

@@ -6,8 +6,6 @@ request: a reload finds the result, and the same command makes the same file.
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,14 +16,13 @@ from tactogram.recipe import parse_changes
 from tactogram.rendering import file_name, haptic_formats, shipped
 from tactogram.text_files import displayable, read_json
 from tactogram.workflows import convert, render
-from tactogram_studio.workspace.commands import arguments, command_line
-from tactogram_studio.workspace.folder import DatedFolders, Workspace
+from tactogram_studio.workspace.commands import arguments, command_line, stem_of
+from tactogram_studio.workspace.folder import FACTS, DatedFolders, Workspace
 from tactogram_studio.workspace.shelf import ResultArchive, SelectedSignal, SignalSources
 
 MOST_RESULTS = 40
 """Older results are deleted."""
 DRIVE_SUFFIXES = (".wav", ".csv", ".npz")
-REQUEST, FACTS = "order.json", "found.json"
 LEVELS = {
     "physical": "Physical: the output equals the signal, in its own unit. Recordings often feel weak this way.",
     "sensation": "Sensation: as far above the detection threshold as the signal; frequencies that the display cannot "
@@ -119,7 +116,8 @@ class SendService:
             )
             return {"report": rendered["report"], "text": rendered["text"]}
 
-        return self._made(request, selected, make, [self._render_command(request, selected)])
+        options = {**asdict(request), "out": "drive.wav", "figure": True}
+        return self._made(request, selected, make, [self._command("render", options, selected)])
 
     def _render_options(self, request: DriveRequest) -> dict[str, Any]:
         return {
@@ -155,7 +153,7 @@ class SendService:
             raise ParameterError.one_of("format", formats, request.format[:40])
         names = [request.format] if request.format else list(formats)
         title = Path(selected.title).stem if request.of.startswith("file:") else selected.title
-        stem = re.sub(r"[^A-Za-z0-9_-]+", "-", title)[:40].strip("-") or "touch"
+        stem = stem_of(title)
 
         def make(folder: Path) -> dict[str, Any]:
             files: dict[str, Any] = {}
@@ -179,14 +177,18 @@ class SendService:
                     files[name] = {"file": path.name, "written": facts["written"], "problems": problems}
             return {"files": files}
 
-        commands = [self._convert_command(request, selected, name, file_name(stem, name)) for name in names]
+        commands = [
+            self._command("convert", {**asdict(request), "format": name}, selected, file_name(stem, name))
+            for name in names
+        ]
         return self._made(request, selected, make, commands)
 
     def get(self, identifier: str) -> SendResult:
         """Return a result by its id; `DataError` if there is none, or its files are damaged."""
         folder = self._folders.get(identifier, "result", " to make room for newer ones; make it again")
-        values, facts = read_json(folder / REQUEST), read_json(folder / FACTS)
+        facts = read_json(folder / FACTS)
         try:
+            values = facts.pop("request")
             title, kind = values.pop("title"), values.pop("kind")
             request: DriveRequest | FileRequest
             if kind == "drive":
@@ -194,7 +196,7 @@ class SendService:
             else:
                 request = FileRequest(**values)
         except (AttributeError, KeyError, TypeError):
-            raise DataError(folder / REQUEST, "damaged; make the result again") from None
+            raise DataError(folder / FACTS, "damaged; make the result again") from None
         return SendResult(identifier, folder, request, title, facts)
 
     def _made(
@@ -207,38 +209,14 @@ class SendService:
         kind = "drive" if isinstance(request, DriveRequest) else "file"
         values = {"kind": kind, "title": selected.title, **asdict(request)}
 
-        def write(part: Path) -> None:
-            facts = make(part) | {"commands": commands, "simulated": selected.simulated}
-            (part / REQUEST).write_text(json.dumps(values, ensure_ascii=False), encoding="utf-8")
-            (part / FACTS).write_text(json.dumps(facts, ensure_ascii=False), encoding="utf-8")
+        def write(part: Path) -> dict[str, Any]:
+            return make(part) | {"commands": commands, "simulated": selected.simulated, "request": values}
 
         return self.get(self._folders.add(write, most=MOST_RESULTS))
 
-    def _render_command(self, request: DriveRequest, selected: SelectedSignal) -> str:
-        options = {
-            "--display": request.display,
-            "--level": request.level,
-            "--as": request.how,
-            "--speed": request.speed_mm_s,
-            "--calibration": request.calibration,
-            "--person": request.person,
-            "--set": request.changes,
-            "--out": "drive.wav",
-            "--figure": True,
-        }
-        return command_line(arguments("render", self._argument(selected.file), options=options))
-
-    def _convert_command(self, request: FileRequest, selected: SelectedSignal, name: str, target: str) -> str:
-        options = {
-            "--format": name,
-            "--axis": request.axis,
-            "--full-scale": request.full_scale,
-            "--play-at": request.play_at,
-        }
-        return command_line(arguments("convert", self._argument(selected.file), target, options=options))
-
-    def _argument(self, path: Path) -> str:
-        return self.workspace.name_of(path) if path.is_relative_to(self.workspace.folder) else str(path)
+    def _command(self, verb: str, options: Mapping[str, Any], selected: SelectedSignal, *target: str) -> str:
+        rest = {name: value for name, value in options.items() if name != "of"}
+        return command_line(arguments(verb, self.workspace.name_of(selected.file), *target, **rest))
 
 
 def level_text(kind: str, value: float | None) -> str:

@@ -17,9 +17,9 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_metadata, read_signal, write_image, write_signal, write_text
 from tactogram.text_files import read_json
-from tactogram_studio.workspace.folder import STORE, DatedFolders, Workspace
+from tactogram_studio.workspace.folder import FACTS, STORE, DatedFolders, Workspace
 
-SIGNAL, IMAGE, FACTS = "signal.npz", "image.png", "facts.json"
+SIGNAL, IMAGE = "signal.npz", "image.png"
 LONGEST_TITLE = 120
 MOST_LISTED = 1000
 TABLES = ("metrics.csv", "words.csv")
@@ -91,9 +91,9 @@ class ResultArchive:
         kept_at = datetime.now(UTC).isoformat(timespec="seconds")
         values = {"title": _checked_title(title), "kept_at": kept_at, **facts}
 
-        def write_all(part: Path) -> None:
+        def write_all(part: Path) -> Mapping[str, Any]:
             write(part)
-            (part / FACTS).write_text(json.dumps(values, ensure_ascii=False, indent=1), encoding="utf-8")
+            return values
 
         return self.get(self._folders.add(write_all))
 

@@ -98,4 +98,4 @@ def test_a_result_gives_nothing_but_its_own_files(tab):
     for path in ("20260101-000000-000000/drive.wav", "x/..%2F..%2Fsecret"):
         answer = tab.request.get(f"/send/result/{path}")
         assert answer.status == 404
-        assert answer.headers["content-type"].split(";")[0] in ("application/json", "text/html")  # no file
+        assert answer.headers["content-type"].split(";")[0] in ("text/plain", "text/html")  # no file

@@ -6,7 +6,6 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram_studio.pages.studies.catalogue import (
     _may_be_answers,
-    counts_of,
     new_session_folder,
     pairs_of,
     power_rows,
@@ -93,13 +92,10 @@ def test_names_of_sessions_that_cannot_be_are_refused(session, tmp_path, name):
 
 
 def test_forms_are_read_in_a_line():
-    assert counts_of("10, 20", "participants") == (10, 20)
     assert pairs_of("participant=subject, value = hit", "headings") == {
         "participant": "subject",
         "value": "hit",
     }
-    with pytest.raises(ParameterError, match="participants must be whole numbers"):
-        counts_of("ten", "participants")
     with pytest.raises(ParameterError, match="headings must be KEY=VALUE, got 'participant'"):
         pairs_of("participant", "headings")
     assert power_rows([{"participants": 10, "power": 0.5}]) == (

@@ -59,7 +59,7 @@ def test_what_a_study_could_show_is_calculated_and_nonsense_is_told(studies):
     tab.get_by_role("option", name="realism").click()
     tab.get_by_label("Participants", exact=True).fill("ten")
     tab.get_by_role("button", name="Calculate power").click()
-    tab.get_by_text("participants must be whole numbers separated by commas, got 'ten'").wait_for()
+    tab.get_by_text("Participants needs whole numbers separated by commas, got 'ten'").wait_for()
     tab.get_by_label("Participants", exact=True).fill("12")
     tab.get_by_label("Trials each").fill("30")
     tab.get_by_role("button", name="Calculate power").click()

@@ -4,6 +4,7 @@ import signal
 import psutil
 import pytest
 
+from tactogram_studio.pages.train.page import loss_by_run
 from tactogram_studio.tasks.log import checkpoint_position, read_metrics
 from tactogram_studio.tasks.queue import TaskQueue
 from tactogram_studio.workspace.folder import Workspace
@@ -111,3 +112,8 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(
             tab.goto("/train/watch?run=runs/gone")
             tab.get_by_text("no such run in this workspace").wait_for()
         context.close()
+
+
+def test_a_comparison_shows_the_loss_of_the_runs_that_have_it():
+    curves = {"r1": {"loss": [(1, 2.0)]}, "r2": {"other": [(1, 1.0)]}}
+    assert loss_by_run(curves, "loss") == {"r1": [(1, 2.0)]}

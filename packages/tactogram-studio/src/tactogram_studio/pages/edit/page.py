@@ -10,7 +10,7 @@ from fastapi import Response
 from fastapi.responses import FileResponse
 from nicegui import app, ui
 
-from tactogram.errors import DataError, ParameterError, TactogramError
+from tactogram.errors import DataError, ParameterError
 from tactogram.rendering import haptic_format, haptic_formats, to_one_axis
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -208,21 +208,15 @@ def add(studio: Studio) -> None:
 
     @app.get("/edit/sound/{identifier}.wav")
     def sound(identifier: str) -> Response:
-        try:
-            clip = sound_of(signal_of(saved.get(identifier)), gain=NORMAL_PEAK)
-        except TactogramError as error:
-            return Response(str(error), status_code=404, media_type="text/plain")
+        clip = sound_of(signal_of(saved.get(identifier)), gain=NORMAL_PEAK)
         headers = {"X-Gain": f"{clip.gain:.6g}", "X-Limited": f"{clip.limited:.6g}", "X-Own-Level": "0"}
         return Response(clip.wav, media_type="audio/wav", headers=headers)
 
     @app.get("/edit/file/{identifier}/{name}")
     def file(identifier: str, name: str) -> Response:
-        try:
-            written = files.get(identifier)
-            if name != written.path.name:
-                raise DataError(f"no file {name[:60]!r}")
-        except TactogramError as error:
-            return Response(str(error), status_code=404, media_type="text/plain")
+        written = files.get(identifier)
+        if name != written.path.name:
+            raise DataError(f"no file {name[:60]!r}")
         return FileResponse(written.path, media_type="application/octet-stream", filename=name)
 
     @kit.route("/edit")

@@ -10,8 +10,9 @@ from nicegui.events import KeyEventArguments
 from tactogram.errors import ParameterError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.live.form import LiveForm, session_state
+from tactogram_studio.pages.live.form import LiveForm
 from tactogram_studio.tasks.live import LiveRequest, LiveRunner
+from tactogram_studio.tasks.live_choices import session_state
 from tactogram_studio.workspace.commands import arguments, command_line
 
 LABELS = {"accept": "Accept", "redo": "Repeat", "skip": "Skip", "stop": "Break", "begin": "Begin"}
@@ -269,15 +270,17 @@ class LivePage:
 
 def _command(request: LiveRequest) -> str:
     if not request.plan:
-        return command_line(arguments("live", request.run, options={"--source": request.source}))
-    options = {
-        "--source": request.source,
-        "--data": request.data,
-        "--session": request.session,
-        "--recognise": request.run,
-        "--set": [f"{key}={value}" for key, value in request.changes.items()],
-    }
-    return command_line(arguments("capture", request.plan, options=options))
+        return command_line(arguments("live", request.run, source=request.source))
+    words = arguments(
+        "capture",
+        request.plan,
+        source=request.source,
+        data=request.data,
+        session=request.session,
+        recognise=request.run,
+        changes=[f"{key}={value}" for key, value in request.changes.items()],
+    )
+    return command_line(words)
 
 
 def result_lines(result: dict[str, Any]) -> list[str]:

@@ -2,42 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from nicegui import ui
-from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering import MotionFile
-from tactogram.signal import Image, Signal
-from tactogram.signal.io import atomic_write, write_image, write_signal
+from tactogram.signal import Signal
 from tactogram_studio import kit
+from tactogram_studio.generation.files import store_motion, store_photo, store_vibration
 from tactogram_studio.generation.form import Crop
-from tactogram_studio.generation.state import FormPage
-from tactogram_studio.workspace.uploads import (
-    check_upload,
-    read_uploaded_image,
-    read_uploaded_signal,
-    safe_name,
-)
+from tactogram_studio.generation.state import MakePageState
+from tactogram_studio.workspace.uploads import read_uploaded_signal
 
-MOST_SIDE = 4096
-"""Longest side of a stored photograph, pixels; models use far fewer."""
 MOST_OFFERED = 200
 """Recordings of a store to choose from."""
 
 
-def draw_photo(page: FormPage) -> None:
+def draw_photo(state: MakePageState) -> None:
     """Draw the field where a photograph is dropped, pasted, chosen or taken, and the photograph with its crop."""
-    state = page.state
 
     async def uploaded(name: str, data: bytes) -> None:
         stored = await kit.in_background(store_photo, state.photographs, name, data)
-        page.change(photo=state.workspace.name_of(state.photographs / stored), crop=None)
+        state.change(image=state.workspace.name_of(state.photographs / stored), crop=None)
 
     upload = kit.file_button(
         "",
@@ -49,34 +37,34 @@ def draw_photo(page: FormPage) -> None:
     area = ui.element("div").classes("drop")
     area.props(f'data-drop="{upload.id}" role="group" aria-label="Photograph of the surface"')
     with area:
-        if state.request.photo:
-            _draw_chosen(page)
+        if "image" in state.request.values:
+            _draw_chosen(state)
         else:
             ui.label("Drop a photograph here, or paste one (Ctrl+V).").classes("quiet")
         with ui.row().classes("gap-2"):
             for label, action in (("Choose a file", "choose"), ("Camera", "camera")):
                 button = ui.button(label).props("outline dense")
                 button.on("click", js_handler=f"() => window.tactogramMake.{action}({upload.id})")
-            if state.request.photo:
-                ui.button("Remove", on_click=lambda: page.change(photo="", crop=None)).props("flat dense")
+            if "image" in state.request.values:
+                ui.button("Remove", on_click=lambda: state.change(image="", crop=None)).props("flat dense")
         ui.element("div").props('data-camera role="status"').classes("camera")
 
 
-def _draw_chosen(page: FormPage) -> None:
-    request = page.state.request
+def _draw_chosen(state: MakePageState) -> None:
+    request = state.request
     left, top, right, bottom = request.crop or (0.0, 0.0, 1.0, 1.0)
 
     def dragged(event: Any) -> None:
         edges = [min(1.0, max(0.0, float(event.args[k]))) for k in ("left", "top", "right", "bottom")]
         left, top, right, bottom = (round(edge, 4) for edge in edges)
         if right - left >= 0.02 and bottom - top >= 0.02:
-            page.change(crop=(left, top, right, bottom))
+            state.change(crop=(left, top, right, bottom))
 
     place = ui.element("div").classes("crop").props("data-crop")
     place.on("make-crop", dragged, js_handler="(event) => emit(event.detail)")
     with place:
         ui.element("img").props(
-            f'src="/make/photo/{Path(request.photo).name}" draggable="false" '
+            f'src="/make/photo/{Path(request.values["image"]).name}" draggable="false" '
             'alt="Selected photograph; drag over it to crop"'
         )
         box = ui.element("div").classes("crop-box").props("data-crop-box")
@@ -89,15 +77,15 @@ def _draw_chosen(page: FormPage) -> None:
     with ui.element("details"):
         with ui.element("summary"):
             ui.label("Crop in percent").classes("in-line small")
-        _draw_edges(page, (left, top, right, bottom))
+        _draw_edges(state, (left, top, right, bottom))
     if request.crop is not None:
-        whole = ui.button("Use the whole photograph", on_click=lambda: page.change(crop=None))
+        whole = ui.button("Use the whole photograph", on_click=lambda: state.change(crop=None))
         whole.props("flat dense")
     else:
         kit.hint("Drag over the photograph to crop it.")
 
 
-def _draw_edges(page: FormPage, crop: Crop) -> None:
+def _draw_edges(state: MakePageState, crop: Crop) -> None:
     """Draw the crop as four numbers, an alternative to dragging."""
 
     def apply() -> None:
@@ -106,7 +94,7 @@ def _draw_edges(page: FormPage, crop: Crop) -> None:
         left, top, right, bottom = (float(field.value) / 100 for field in numbers)
         if not (0 <= left < right <= 1 and 0 <= top < bottom <= 1):
             raise ParameterError("Left must be less than right and top less than bottom, from 0 to 100.")
-        page.change(crop=(left, top, right, bottom))
+        state.change(crop=(left, top, right, bottom))
 
     with ui.row().classes("gap-2 items-center"):
         numbers = [
@@ -118,82 +106,51 @@ def _draw_edges(page: FormPage, crop: Crop) -> None:
         ui.button("Crop", on_click=apply).props("outline dense")
 
 
-def store_photo(folder: Path, name: str, data: bytes) -> str:
-    """Store an uploaded picture as PNG under a name with a hash of its pixels, and return the name.
-
-    Raises
-    ------
-    DataError, ParameterError
-        If it is not a picture, or too large.
-    """
-    image = _limited(read_uploaded_image(name, data))
-    stored = _hashed(name, image.pixels.tobytes(), ".png")
-    if not (folder / stored).is_file():
-        write_image(folder / stored, image)
-    return stored
-
-
-def _limited(image: Image) -> Image:
-    """Return an image scaled to at most `MOST_SIDE` on its longer side."""
-    if max(image.size) <= MOST_SIDE:
-        return image
-    picture = Pillow.fromarray(image.pixels)
-    picture.thumbnail((MOST_SIDE, MOST_SIDE), Pillow.Resampling.LANCZOS)
-    return Image(np.asarray(picture))
-
-
-def _hashed(name: str, content: bytes, suffix: str) -> str:
-    """Return the name of a file with a hash of its content, so that a command keeps its meaning."""
-    return f"{Path(safe_name(name)).stem[:60]}-{hashlib.sha256(content).hexdigest()[:8]}{suffix}"
-
-
-def draw_vibration(page: FormPage) -> None:
+def draw_vibration(state: MakePageState) -> None:
     """Draw the choice of a vibration: a kept result, an upload, or a recording of the training data."""
-    state = page.state
     drawn = "vibration" in state.form.takes
     options = {"": "none (the model draws one from the seed)" if drawn else "none"}
-    options |= _files(page, state.vibrations, ".npz")
+    options |= _files(state, state.vibrations, ".npz")
     for result in state.shelf.all():
         if not result.is_image:
             options[f"studio/kept/{result.id}/signal.npz"] = f"kept: {result.title}"
-    _draw_choice(page, "vibration", "Vibration", options, redraw=not drawn)
+    _draw_choice(state, "vibration", "Vibration", options, redraw=not drawn)
 
     async def uploaded(name: str, data: bytes) -> None:
-        _use_vibration(page, name, await kit.in_background(read_uploaded_signal, name, data))
+        _use_vibration(state, name, await kit.in_background(read_uploaded_signal, name, data))
 
     with ui.row().classes("gap-2"):
         kit.file_button("Upload a recording", uploaded)
         if not (state.run and state.run.ships):
-            ui.button("From the training data", on_click=lambda: _ask_recording(page)).props("outline dense")
+            ui.button("From the training data", on_click=lambda: _ask_recording(state)).props("outline dense")
 
 
-def _files(page: FormPage, folder: Path, suffix: str) -> dict[str, str]:
+def _files(state: MakePageState, folder: Path, suffix: str) -> dict[str, str]:
     """Return the titles of the stored files of a kind, by path relative to the workspace."""
     files = sorted(folder.glob(f"[!.]*{suffix}"))
-    return {page.state.workspace.name_of(path): f"file: {path.stem}" for path in files}
+    return {state.workspace.name_of(path): f"file: {path.stem}" for path in files}
 
 
-def _draw_choice(page: FormPage, name: str, label: str, options: Mapping[str, str], *, redraw: bool) -> None:
+def _draw_choice(
+    state: MakePageState, name: str, label: str, options: Mapping[str, str], *, redraw: bool
+) -> None:
     """Draw the choice of a file of the request, which may no longer be among those offered."""
-    chosen = getattr(page.state.request, name)
+    chosen = state.request.values.get(name, "")
     select = ui.select(dict(options) | {chosen: options.get(chosen, chosen)}, value=chosen, label=label)
-    select.on_value_change(lambda event: page.change(redraw=redraw, **{name: event.value or ""}))
+    select.on_value_change(lambda event: state.change(redraw=redraw, **{name: event.value or ""}))
     select.classes("w-full").props(f'outlined dense options-dense data-{name}="1"')
 
 
-def _use_vibration(page: FormPage, name: str, signal: Signal) -> None:
-    """Store a vibration as a file, so that a command can refer to it, and choose it."""
-    path = page.state.vibrations / _hashed(name, signal.samples.tobytes(), ".npz")
-    if not path.is_file():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_signal(path, signal)
-    page.change(vibration=page.state.workspace.name_of(path))
+def _use_vibration(state: MakePageState, name: str, signal: Signal) -> None:
+    """Store and choose a vibration."""
+    stored = store_vibration(state.vibrations, name, signal)
+    state.change(vibration=state.workspace.name_of(state.vibrations / stored))
 
 
-async def _ask_recording(page: FormPage) -> None:
+async def _ask_recording(state: MakePageState) -> None:
     """Ask for a recording of the run's training data, and use it."""
-    run = page.state.run
-    store = None if run is None else await kit.in_background(page.state.runs.store_of, run)
+    run = state.run
+    store = None if run is None else await kit.in_background(state.runs.store_of, run)
     if store is None:
         raise DataError("The training data of this run is not in this workspace.")
     infos = list(store.index)[:MOST_OFFERED]
@@ -202,42 +159,22 @@ async def _ask_recording(page: FormPage) -> None:
     async def use() -> None:
         if id := chosen.value:
             signal = await kit.in_background(store.signal, id, store.streams_of(id)[0])
-            _use_vibration(page, f"{store.info(id).material or 'recording'}-{id[:8]}.npz", signal)
+            _use_vibration(state, f"{store.info(id).material or 'recording'}-{id[:8]}.npz", signal)
         dialog.close()
 
     with kit.form_dialog(f"Recording of {store.name}", "Use", use) as dialog:
         chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense").classes("w-80")
 
 
-def draw_motion(page: FormPage) -> None:
+def draw_motion(state: MakePageState) -> None:
     """Draw the choice of a motion: none, that of a simulated hand, or an uploaded one."""
-    state = page.state
     options = {"": "none: one speed and force", "simulated": "a simulated hand"}
-    _draw_choice(page, "motion", "Motion", options | _files(page, state.motions, ".csv"), redraw=True)
+    _draw_choice(state, "motion", "Motion", options | _files(state, state.motions, ".csv"), redraw=True)
 
     async def uploaded(name: str, data: bytes) -> None:
         stored = await kit.in_background(store_motion, state.motions, name, data)
-        page.change(motion=state.workspace.name_of(state.motions / stored))
+        state.change(motion=state.workspace.name_of(state.motions / stored))
 
     with ui.row():
         kit.file_button("Upload a motion", uploaded, accept=".csv", marks='data-motion-upload="1"')
     kit.hint("The surface follows its speed and force, and is silent where the finger rests or is lifted.")
-
-
-def store_motion(folder: Path, name: str, data: bytes) -> str:
-    """Store an uploaded motion under a name with a hash, and return the name.
-
-    Raises
-    ------
-    DataError
-        If it is not a motion file.
-    """
-    name = check_upload(name, data, kind="signal")
-    stored = _hashed(name, data, ".csv")
-    with atomic_write(folder / stored) as part:
-        part.write_bytes(data)
-        try:
-            MotionFile(part)
-        except DataError as error:
-            raise DataError(error.message.replace(str(part), name)) from None
-    return stored

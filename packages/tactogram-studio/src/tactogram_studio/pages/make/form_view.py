@@ -3,75 +3,76 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
 from nicegui import ui
 
+from tactogram.cli.verbs import converted
 from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
+from tactogram.model import condition_types
 from tactogram_studio import kit
-from tactogram_studio.generation.form import LONGEST_S, MOST_COUNT, MOST_SEED, word_label
-from tactogram_studio.generation.state import FormPage
+from tactogram_studio.generation.form import MOST_COUNT, MOST_SEED, OF_A_RECORDING, word_label
+from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram_studio.pages.make.mix_view import draw_mix
+from tactogram_studio.workspace.commands import assignments
 
-MOST_SPEED_MM_S, MOST_FORCE_N = 2000, 100
 LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 
 
-def draw_form(page: FormPage) -> None:
+def draw_form(state: MakePageState) -> None:
     """Draw the choice of a run, and its form."""
-    _draw_runs(page)
-    form = page.state.form
-    ui.timer(0.05, partial(_load_ahead, page), once=True)
-    parts: list[tuple[str, str, Callable[[FormPage], None]]] = [
-        ("photo", "Photograph", draw_photo),
+    _draw_runs(state)
+    form = state.form
+    ui.timer(0.05, partial(_load_ahead, state), once=True)
+    parts: list[tuple[str, str, Callable[[MakePageState], None]]] = [
+        ("image", "Photograph", draw_photo),
         ("words", "Words", draw_words),
         ("text", "Description", draw_text),
-        ("materials", "Materials", draw_mix if form.mixes else draw_material),
+        ("material", "Materials", draw_mix if form.mixes else draw_material),
         ("vibration", "Starting vibration" if "vibration" in form.takes else "Recording", _draw_recording),
     ]
     parts.sort(key=lambda part: part[0] in form.instead)
-    parts += [("motion", "Motion", draw_motion), ("", "Settings", _draw_numbers)]
-    used = form.used(page.state.request)
-    unused = {"materials"} if form.mixes and not used.weights else set()
-    if used.vibration or used.words or find_spec("wordllama") is None:
+    parts += [("motion", "Motion", draw_motion), ("", "Settings", partial(_draw_settings, parts=[*parts]))]
+    used = form.used(state.request).values
+    unused = {"material"} if form.mixes and "material" not in used else set()
+    if {"vibration", "words"} & used.keys() or find_spec("wordllama") is None:
         unused |= {"text"}
-    if used.photo or used.vibration or used.text:
-        unused |= {"vibration" if used.photo else "words", "words"} & {*form.instead}
+    if {"image", "vibration", "text"} & used.keys():
+        unused |= {"vibration" if "image" in used else "words", "words"} & {*form.instead}
     for part, title, draw in parts:
         if part not in unused and (not part or form.shows(part)):
             with ui.element("fieldset").classes("card part"):
                 with ui.element("legend"):
                     kit.heading(title)
-                draw(page)
+                draw(state)
                 if part in form.instead and form.materials:
                     kit.hint(
                         "In place of the materials; remove it to use these."
-                        if getattr(used, part)
+                        if part in used
                         else "Describes the surface in place of the materials."
                     )
 
 
-async def _load_ahead(page: FormPage) -> None:
+async def _load_ahead(state: MakePageState) -> None:
     """Load the run and matplotlib while the form is filled in; errors appear when something is generated."""
-    if page.state.run is not None:
+    if state.run is not None:
         with suppress(TactogramError):
-            await kit.in_background(page.state.runs.load, page.state.run)
+            await kit.in_background(state.runs.load, state.run)
         await kit.in_background(importlib.import_module, "matplotlib")
 
 
-def _draw_runs(page: FormPage) -> None:
-    state = page.state
+def _draw_runs(state: MakePageState) -> None:
 
     def choose(event: Any) -> None:
         if event.value and event.value != state.request.run:
             state.choose(event.value)
-            page.committed(redraw=True)
+            state.commit(redraw=True)
 
     with kit.card(classes="part"):
         titles = {run.name: run.title for run in state.runs.finished()}
@@ -84,38 +85,34 @@ def _draw_runs(page: FormPage) -> None:
                 kit.mark_simulated(state.run.kind.simulated, "trained on simulated data")
 
 
-def _draw_recording(page: FormPage) -> None:
-    """Draw the choice of a vibration, and the speed and force that it was recorded with."""
-    draw_vibration(page)
-    form = page.state.form
-    if not page.state.request.vibration:
-        return
-    with ui.element("div").classes("numbers"):
-        if form.has("vibration_speed"):
-            _draw_number(page, "vibration_speed_mm_s", "Recorded at, mm/s", most=MOST_SPEED_MM_S)
-        if form.has("vibration_force"):
-            _draw_number(page, "vibration_force_n", "Recorded with, N", most=MOST_FORCE_N)
-        if form.has("vibration_contactor"):
-            _draw_contactor(page, "vibration_contactor", "Recorded by")
+def _draw_recording(state: MakePageState) -> None:
+    """Draw the choice of a vibration, and what is known of its recording."""
+    draw_vibration(state)
+    if "vibration" in state.request.values:
+        with ui.element("div").classes("numbers"):
+            for name in filter(state.form.has, condition_types()):
+                if name.startswith(OF_A_RECORDING):
+                    _draw_condition(state, name)
 
 
-def _draw_numbers(page: FormPage) -> None:
-    form = page.state.form
-    optional, moved = [], bool(page.state.request.motion)
+def _draw_settings(
+    state: MakePageState, parts: Sequence[tuple[str, str, Callable[[MakePageState], None]]]
+) -> None:
+    """Draw the conditions that no part is about, length, seed and number of results."""
+    form = state.form
+    replaced = {"speed_mm_s", "force_n"} if "motion" in state.request.values else set()
+    others = {*form.drawn, *replaced, "motion", *(name for name, *_ in parts)}
+    optional = []
     with ui.element("div").classes("numbers"):
-        for name, field, label, most, shown in (
-            ("speed", "speed_mm_s", "Speed, mm/s", MOST_SPEED_MM_S, form.has("speed") and not moved),
-            ("force", "force_n", "Force, N", MOST_FORCE_N, form.has("force") and not moved),
-            ("length", "seconds", "Length, s", LONGEST_S, form.over == "time"),
-        ):
-            if shown:
-                _draw_number(page, field, label, most=most)
-                optional.append(name)
-        if form.has("contactor"):
-            _draw_contactor(page, "contactor", "Contactor")
-            optional.append("contactor")
-        _draw_number(page, "seed", "Seed", whole=True, least=0, most=MOST_SEED)
-        _draw_number(page, "count", "Number of results", whole=True, least=1, most=MOST_COUNT)
+        for name, one in condition_types().items():
+            if form.has(name) and name not in others and not name.startswith(OF_A_RECORDING):
+                _draw_condition(state, name)
+                optional += [one.options[0].name.replace("_", " ")] if name not in form.needs else []
+        if form.over == "time":
+            _draw_number(state, "seconds", "Length, s")
+            optional.append("length")
+        _draw_number(state, "seed", "Seed", MOST_SEED)
+        _draw_number(state, "count", "Number of results", MOST_COUNT)
     if optional:
         kit.hint(f"Leave empty for the model's default: {', '.join(optional)}.")
     if form.drawn:
@@ -126,68 +123,80 @@ def _draw_numbers(page: FormPage) -> None:
         )
 
 
-def _draw_contactor(page: FormPage, name: str, label: str) -> None:
-    value = getattr(page.state.request, name)
-    chosen = ui.select(["finger", "stylus"], label=label, value=value, clearable=True)
-    chosen.on_value_change(lambda event: page.change(redraw=False, **{name: event.value}))
-    chosen.props(f'outlined dense data-number="{name}"')
-
-
-def _draw_number(
-    page: FormPage, name: str, label: str, *, most: float, least: float = 0.0, whole: bool = False
-) -> None:
-    state = page.state
+def _draw_condition(state: MakePageState, name: str) -> None:
+    """Draw the field of a condition as its option declares it: a number, a choice, scores by name, or else a text."""
+    condition = condition_types()[name]
+    option, label, value = condition.options[0], condition.label, state.request.values.get(name)
+    if option.kind is float:
+        _draw_number(state, name, label).tooltip(option.help)
+        return
 
     def changed(event: Any) -> None:
-        value = event.value
-        if value is not None:
-            state.set(**{name: int(value) if whole else float(value)})
-        elif not whole:
-            state.set(**{name: None})
+        entry = event.value or ""
+        if entry and get_origin(option.kind) is Mapping:
+            entry = converted(label, entry.split(","), option.kind)
+        state.change(redraw=False, **{name: entry})
 
-    number = ui.number(label, value=getattr(state.request, name), min=least, max=most, on_change=changed)
-    number.props(f'outlined dense data-number="{name}"' + (" clearable" if not whole else ""))
-    number.on("blur", page.committed).on("keydown.enter", page.committed)
+    shown = assignments(value) if isinstance(value, Mapping) else value
+    if get_origin(option.kind) is Literal:
+        field: Any = ui.select(list(get_args(option.kind)), label=label, value=shown, clearable=True)
+    else:
+        field = ui.input(label, value=shown or "", placeholder=option.example).props("debounce=700")
+    field.on_value_change(changed).props(f'outlined dense data-number="{name}"').tooltip(option.help)
 
 
-def draw_text(page: FormPage) -> None:
+def _draw_number(state: MakePageState, name: str, label: str, most: int | None = None) -> ui.number:
+    """Draw a number that may be empty, or a whole one up to ``most``."""
+    request = state.request
+
+    def changed(event: Any) -> None:
+        if most is None:
+            state.set(**{name: event.value})
+        elif event.value is not None:
+            state.set(**{name: int(kit.in_range(label, event.value, least=0, most=most, whole=True) or 0)})
+
+    value = vars(request).get(name, request.values.get(name))
+    number = kit.NumberField(label, value=value, on_change=changed)
+    number.props(f'outlined dense data-number="{name}"' + (" clearable" if most is None else ""))
+    return number.on("blur", state.commit).on("keydown.enter", state.commit)
+
+
+def draw_text(state: MakePageState) -> None:
     """Draw the field of a description in English."""
-    state = page.state
 
     async def describe(text: str) -> None:
         found = await kit.in_background(state.runs.described, state.request, text) if text.strip() else None
-        page.change(**({"text": found.text, "weights": found.weights} if found else {"text": ""}))
+        state.change(**({"values": found.values} if found else {"text": ""}))
 
-    text = ui.input("Describe it in English, and press Enter", value=state.request.text)
+    text = ui.input("Describe it in English, and press Enter", value=state.request.values.get("text", ""))
     text.classes("w-full").props(
         'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
     )
     text.on("keydown.enter", lambda: describe(text.value or "")).on("clear", lambda: describe(""))
-    if state.request.text:
+    if "text" in state.request.values:
         kit.hint("In place of the materials, with the photograph if there is one; clear it to use these.")
 
 
-def draw_material(page: FormPage) -> None:
+def draw_material(state: MakePageState) -> None:
     """Draw the choice of the one material that a photograph shows."""
-    materials = page.state.form.materials
+    materials = state.form.materials
     options = {"": "determined from the photograph", **{name: name for name in materials}}
-    select = ui.select(options, value=next(iter(page.state.request.mix), ""), label="Material")
+    select = ui.select(options, value=next(iter(state.request.mix), ""), label="Material")
     select.on_value_change(
-        lambda event: page.change(redraw=False, weights={event.value: 1.0} if event.value else {})
+        lambda event: state.change(redraw=False, material={event.value: 1.0} if event.value else {})
     )
     select.classes("w-full").props("outlined dense options-dense")
 
 
-def draw_words(page: FormPage) -> None:
+def draw_words(state: MakePageState) -> None:
     """Draw the scores of the words that the run knows, a checkbox and a slider each."""
-    state = page.state
     kit.hint(
         f"{scale_text(state.run.kind.scale if state.run else None)} Unticked words are "
         + ("left open." if state.form.some_words else "set to their mean over the training data.")
     )
     with ui.element("div").classes("sliders words"):
         for word in state.form.words:
-            _draw_word(page, word, unset="open" if state.form.some_words else "mean")
+            _draw_word(state, word, unset="open" if state.form.some_words else "mean")
 
 
 def scale_text(scale: tuple[float, float] | None) -> str:
@@ -200,8 +209,7 @@ def scale_text(scale: tuple[float, float] | None) -> str:
     return text
 
 
-def _draw_word(page: FormPage, word: str, *, unset: str) -> None:
-    state = page.state
+def _draw_word(state: MakePageState, word: str, *, unset: str) -> None:
     scores = state.request.words
     box = ui.checkbox(word_label(word), value=word in scores).props("dense").classes("name")
     slider = ui.slider(min=LOW, max=HIGH, step=0.1, value=scores.get(word, (LOW + HIGH) / 2))
@@ -227,8 +235,8 @@ def _draw_word(page: FormPage, word: str, *, unset: str) -> None:
     def ticked(event: Any) -> None:
         if event.value != (word in state.request.words):
             put(round(float(slider.value), 2) if event.value else None)
-            page.committed()
+            state.commit()
 
-    slider.on_value_change(slid).on("change", page.committed)
+    slider.on_value_change(slid).on("change", state.commit)
     box.on_value_change(ticked)
     show()

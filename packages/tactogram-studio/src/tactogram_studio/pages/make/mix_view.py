@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 from tactogram.errors import TactogramError
 from tactogram_studio import kit
 from tactogram_studio.generation.runs import point_of, weights_at
-from tactogram_studio.generation.state import FormPage
+from tactogram_studio.generation.state import MakePageState
 
 MOST_SLIDERS = 12
 """Number of materials up to which each has a slider from the start."""
 STEP = 0.01
 
 
-def draw_mix(page: FormPage) -> None:
+def draw_mix(state: MakePageState) -> None:
     """Draw the weights of the materials, and their map."""
-    _Mix(page).draw()
+    _Mix(state).draw()
 
 
 class _Mix:
     """Sliders and map, kept in step with each other."""
 
-    def __init__(self, page: FormPage) -> None:
-        self.page, self.state = page, page.state
-        self.materials = page.state.form.materials
+    def __init__(self, state: MakePageState) -> None:
+        self.state = state
+        self.materials = state.form.materials
         self.sliders: dict[str, ui.slider] = {}
         self.shares: dict[str, ui.label] = {}
         self.places: NDArray[np.float64] | None = None
@@ -37,8 +37,6 @@ class _Mix:
 
     def draw(self) -> None:
         weights, materials = self.state.request.weights, self.materials
-        switch = ui.switch("Weights sum to 1", value=self.state.request.to_one).props("dense")
-        switch.on_value_change(self._set_sum)
         few = len(materials) <= MOST_SLIDERS
         shown = [name for name in materials if few or weights.get(name, 0) > 0]
         with ui.element("div").classes("sliders"):
@@ -61,30 +59,23 @@ class _Mix:
             self._draw_map()
 
     def _show_shares(self) -> None:
-        request = self.state.request
         for name, label in self.shares.items():
-            value = request.mix.get(name, 0.0)
-            label.text = f"{100 * value:.0f} %" if request.to_one else f"{value:.2f}"
-
-    def _set_sum(self, event: Any) -> None:
-        self.state.set(to_one=bool(event.value))
-        self._show_shares()
-        self.page.committed()
+            label.text = f"{100 * self.state.request.mix.get(name, 0.0):.0f} %"
 
     def _slide(self, name: str, value: float | None) -> None:
         if not self.setting:
-            self.state.set(weights={**self.state.request.weights, name: round(float(value or 0), 4)})
+            self.state.set(material={**self.state.request.weights, name: round(float(value or 0), 4)})
             self._show_shares()
 
     def _finish_slide(self) -> None:
         if self.places is not None:
             x, y = point_of(self.state.request.weights, self.materials, self.places)
             ui.run_javascript(f"window.tactogramMake?.point({x:.4f}, {y:.4f})")
-        self.page.committed()
+        self.state.commit()
 
     def _add_material(self, event: Any) -> None:
         if event.value:
-            self.page.change(weights={**self.state.request.weights, event.value: 0.5})
+            self.state.change(material={**self.state.request.weights, event.value: 0.5})
 
     # -- the map -----------------------------------------------------------------------------------------
 
@@ -132,13 +123,13 @@ class _Mix:
         point = [min(1.0, max(0.0, float(event.args[key]))) for key in ("x", "y")]
         shares = (round(float(share), 3) for share in weights_at(point, self.places))
         weights = {name: share for name, share in zip(self.materials, shares, strict=True) if share}
-        self.state.set(weights=weights)
+        self.state.set(material=weights)
         redraw = len(self.materials) > MOST_SLIDERS
         last = bool(event.args["last"])
         if not (last and redraw):
             self._move_sliders(weights)
         if last:
-            self.page.committed(redraw=redraw)
+            self.state.commit(redraw=redraw)
 
     def _move_sliders(self, weights: Mapping[str, float]) -> None:
         self.setting = True

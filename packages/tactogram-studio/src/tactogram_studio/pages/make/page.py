@@ -54,11 +54,11 @@ def add(studio: Studio) -> None:
 
 
 class MakePage:
-    """One browser's page; ``failure`` says why the last generation gave nothing."""
+    """One browser's page."""
 
     def __init__(self, studio: Studio, state: MakePageState) -> None:
         self.studio, self.state = studio, state
-        self.failure = ""
+        state.on_change, state.redraw_results = self._changed, self.results.refresh
         self._cancelled, self._ended = threading.Event(), asyncio.Event()
         self._started: float | None = None
         self._number = 0
@@ -78,12 +78,12 @@ class MakePage:
     @ui.refreshable_method
     def form(self) -> None:
         """Draw the form."""
-        draw_form(self)
+        draw_form(self.state)
 
     @ui.refreshable_method
     def results(self) -> None:
         """Draw the results."""
-        draw_results(self)
+        draw_results(self.state)
 
     @ui.refreshable_method
     def command(self) -> None:
@@ -107,16 +107,9 @@ class MakePage:
 
     # -- the form's state --------------------------------------------------------------------------------
 
-    def change(self, *, redraw: bool = True, **changes: Any) -> None:
-        """Change the form by an undoable step."""
-        self.state.set(**changes)
-        self.committed(redraw=redraw)
-
-    def committed(self, *, redraw: bool = False) -> None:
-        """Make changes of the form an undoable step, and update what depends on it."""
-        if self.state.commit() or redraw:
-            self.command.refresh()
-            self._enable_undo()
+    def _changed(self, redraw: bool) -> None:
+        self.command.refresh()
+        self._enable_undo()
         if redraw:
             self.form.refresh()
 
@@ -124,24 +117,14 @@ class MakePage:
         self.undo_button.set_enabled(bool(self.state.storage.get("past")))
         self.redo_button.set_enabled(bool(self.state.storage.get("future")))
 
-    def undo(self) -> None:
-        """Undo the last change of the form."""
-        self.state.undo()
-        self.committed(redraw=True)
-
-    def redo(self) -> None:
-        """Redo the last undone change."""
-        self.state.redo()
-        self.committed(redraw=True)
-
     def _key(self, event: Any) -> None:
         if not (event.action.keydown and event.modifiers.ctrl):
             return
         name = str(event.key.name).lower()
         if name == "z" and not event.modifiers.shift:
-            self.undo()
+            self.state.undo()
         elif name in ("y", "z"):
-            self.redo()
+            self.state.redo()
 
     # -- generating --------------------------------------------------------------------------------------
 
@@ -150,11 +133,11 @@ class MakePage:
             self.button = ui.button("Generate", on_click=self.generate).props("unelevated")
             seed = ui.button("New seed", on_click=self.generate_with_new_seed).props("outline")
             seed.tooltip("Choose another random seed, and generate")
-            self.undo_button = ui.button(icon="undo", on_click=self.undo).props("flat dense")
+            self.undo_button = ui.button(icon="undo", on_click=self.state.undo).props("flat dense")
             self.undo_button.props(
                 'aria-label="Undo the last change of the form" aria-keyshortcuts="Control+Z"'
             )
-            self.redo_button = ui.button(icon="redo", on_click=self.redo).props("flat dense")
+            self.redo_button = ui.button(icon="redo", on_click=self.state.redo).props("flat dense")
             self.redo_button.props('aria-label="Redo" aria-keyshortcuts="Control+Y"')
         self._enable_undo()
         with ui.row().classes("w-full items-center gap-2") as self.progress:
@@ -174,15 +157,15 @@ class MakePage:
 
     async def generate_with_new_seed(self) -> None:
         """Choose a random seed, and generate."""
-        self.change(seed=secrets.randbelow(10_000))
+        self.state.change(seed=secrets.randbelow(10_000))
         await self.generate()
 
     async def generate(self) -> None:
         """Generate what the form requests in a thread, and show it."""
         if self._started is not None:
             return
-        self.committed()
-        self._started, self._number, self.failure = time.monotonic(), 1, ""
+        self.state.commit()
+        self._started, self._number, self.state.failure = time.monotonic(), 1, ""
         self.button.disable()
         # New events for each generation: the thread of a cancelled one may still be running.
         self._cancelled, self._ended = threading.Event(), asyncio.Event()
@@ -196,7 +179,7 @@ class MakePage:
                 return
             self.state.show(work.result())
         except FailedTrainingError as error:
-            self.failure = f"{error}"
+            self.state.failure = f"{error}"
         finally:
             stop.cancel()
             self._started = None
@@ -204,7 +187,7 @@ class MakePage:
             self.progress.set_visibility(False)
         self.results.refresh()
         result = self.state.current_result()
-        self.announcement.text = f"{result.title} is generated." if result and not self.failure else ""
+        self.announcement.text = f"{result.title} is generated." if result and not self.state.failure else ""
         ui.run_javascript("window.tactogramMake.showResults()")
 
     def cancel(self) -> None:
@@ -236,9 +219,9 @@ def _add_routes(studio: Studio, runs: GeneratingRuns) -> None:
 
     @app.get("/make/image/{where}/{id}")
     def image(where: str, id: str) -> Response:
-        result = state.find(f"{where}:{id}")
-        if result is None or not result.is_image:
-            return Response("no such image", status_code=404, media_type="text/plain")
+        result = state.archive(where).get(id)
+        if not result.is_image:
+            raise DataError("no such image")
         return FileResponse(result.file, media_type="image/png")
 
     @app.get("/make/photo/{name}")
@@ -246,5 +229,5 @@ def _add_routes(studio: Studio, runs: GeneratingRuns) -> None:
         folder = state.photographs.resolve()
         path = (folder / name).resolve()
         if path.parent != folder or path.suffix != ".png" or not path.is_file():
-            return Response("no such photograph", status_code=404, media_type="text/plain")
+            raise DataError("no such photograph")
         return FileResponse(path, media_type="image/png")

@@ -2,38 +2,33 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
-from tactogram.rendering import file_name, haptic_formats
-from tactogram.workflows import SIGNAL_FORMATS, convert, list_formats
 from tactogram_studio import kit
-from tactogram_studio.generation.state import FormPage
-from tactogram_studio.signals.sound import PLAYBACK_MM_S
+from tactogram_studio.generation.files import encoded, titles
+from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.signals.view import SignalEntry, signal_cards
+from tactogram_studio.workspace.commands import stem_of
 from tactogram_studio.workspace.shelf import LONGEST_TITLE, KeptResult
 
 LETTERS = "ABCDEFGHI"
 NEAREST = "Nearest recordings"
 
 
-def draw_results(page: FormPage) -> None:
+def draw_results(state: MakePageState) -> None:
     """Draw the selected result, and those it is compared with."""
-    state = page.state
-    if page.failure:
+    if state.failure:
         with kit.card("Generation failed") as failed:
             failed.props('role="alert"')
-            ui.label(f"{page.failure[:1].upper()}{page.failure[1:].rstrip('.')}.")
+            ui.label(f"{state.failure[:1].upper()}{state.failure[1:].rstrip('.')}.")
     present = state.current_result()
     if present is None:
-        if not page.failure:
+        if not state.failure:
             with kit.card("No result yet"):
                 ui.label("Press Generate to see and play a result here.").classes("quiet")
         return
@@ -44,25 +39,27 @@ def draw_results(page: FormPage) -> None:
         if other != name and result.is_image == present.is_image
     ]
     shown = [(name, present), *compared]
-    _draw_comparison_bar(page, name, present, compared)
+    _draw_comparison_bar(state, name, present, compared)
     titles = [result.title for _, result in shown]
     if compared:
         titles = [f"{letter}: {title}" for letter, title in zip(LETTERS, titles, strict=False)]
     with ui.element("div").classes("compared" if compared else "single"):
-        tops = _draw_images(shown, titles) if present.is_image else _draw_signals(page, shown, titles)
+        tops = _draw_images(shown, titles) if present.is_image else _draw_signals(state, shown, titles)
         for number, ((other, result), top) in enumerate(zip(shown, tops, strict=True)):
             with top:
-                _draw_actions(page, other, result, first=number == 0)
-    _draw_earlier(page, name)
+                _draw_actions(state, other, result, first=number == 0)
+    _draw_earlier(state, name)
 
 
-def _draw_signals(page: FormPage, shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> list[Any]:
+def _draw_signals(
+    state: MakePageState, shown: Sequence[tuple[str, KeptResult]], titles: list[str]
+) -> list[Any]:
     """Draw signals, and return the rows at the top of their cards."""
     entries = [
         SignalEntry(result.file, title, bool(result.facts.get("simulated")), str(number))
         for number, ((_, result), title) in enumerate(zip(shown, titles, strict=True), start=1)
     ]
-    return signal_cards(entries, same_gain=bool(page.state.storage.get("true_levels")) and len(shown) > 1)
+    return signal_cards(entries, same_gain=bool(state.storage.get("true_levels")) and len(shown) > 1)
 
 
 def _draw_images(shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> list[Any]:
@@ -71,13 +68,10 @@ def _draw_images(shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> 
     for (name, result), title in zip(shown, titles, strict=True):
         rows, columns = result.image().size
         with kit.card(label=result.title, classes="signal"):
-            with ui.row().classes("w-full items-center gap-2") as top:
-                kit.heading(title)
-                kit.mark_simulated(result.facts.get("simulated"))
+            tops.append(kit.title_row(title, result.facts.get("simulated")))
             kit.hint(f"{columns} x {rows} pixels")
             image = ui.element("img").classes("made-image")
             image.props(f'src="{_image_address(name)}" alt="Generated image: {kit.attribute(result.title)}"')
-        tops.append(top)
     return tops
 
 
@@ -86,10 +80,9 @@ def _image_address(name: str) -> str:
 
 
 def _draw_comparison_bar(
-    page: FormPage, name: str, present: KeptResult, compared: list[tuple[str, KeptResult]]
+    state: MakePageState, name: str, present: KeptResult, compared: list[tuple[str, KeptResult]]
 ) -> None:
     """Draw the choice of results to compare with, and the settings of playback."""
-    state = page.state
     offers = {f"made:{result.id}": f"earlier: {result.title}" for result in state.results()}
     offers |= {f"kept:{result.id}": f"kept: {result.title}" for result in state.shelf.all()}
     for taken in (name, *(other for other, _ in compared)):
@@ -98,11 +91,11 @@ def _draw_comparison_bar(
     def add(event: Any) -> None:
         if event.value:
             state.add_comparison(event.value)
-            page.results.refresh()
+            state.redraw_results()
 
     def set_levels(event: Any) -> None:
         state.storage["true_levels"] = bool(event.value)
-        page.results.refresh()
+        state.redraw_results()
 
     with kit.card(label="Compare", classes="bar-compare"):
         if offers:
@@ -112,7 +105,7 @@ def _draw_comparison_bar(
             return
         if present.facts.get("what") == "made" and not (state.run and state.run.ships):
             nearest = ui.button(NEAREST).props("outline dense")
-            nearest.on_click(lambda: _add_nearest(page, present, nearest))
+            nearest.on_click(lambda: _add_nearest(state, present, nearest))
         with ui.element("div").props("data-player-loop"):
             state.storage.setdefault("loop", True)
             ui.checkbox("Loop").props("dense").bind_value(state.storage, "loop")
@@ -122,9 +115,8 @@ def _draw_comparison_bar(
             kit.hint("Keys 1 to 9 switch between the results while playing; Escape stops.")
 
 
-async def _add_nearest(page: FormPage, present: KeptResult, button: ui.button) -> None:
+async def _add_nearest(state: MakePageState, present: KeptResult, button: ui.button) -> None:
     """Compare the selected result with the recordings most like it."""
-    state = page.state
     button.disable()
     button.text = "Searching"
     try:
@@ -140,33 +132,32 @@ async def _add_nearest(page: FormPage, present: KeptResult, button: ui.button) -
     finally:
         button.enable()
         button.text = NEAREST
-        page.results.refresh()
+        state.redraw_results()
 
 
-def _draw_actions(page: FormPage, name: str, result: KeptResult, *, first: bool) -> None:
+def _draw_actions(state: MakePageState, name: str, result: KeptResult, *, first: bool) -> None:
     """Draw the buttons of a result."""
-    state = page.state
 
     async def keep() -> None:
         kept = await kit.in_background(state.shelf.keep_copy, result)
         state.record_kept(name, kept)
         ui.notify(f"Kept: {kept.title}.", type="positive")
-        page.results.refresh()
+        state.redraw_results()
 
     def rename(title: str) -> None:
         state.rename(name, title)
-        page.results.refresh()
+        state.redraw_results()
 
     def remove() -> None:
         state.remove_comparison(name)
-        page.results.refresh()
+        state.redraw_results()
 
     def show_first() -> None:
         before = str(state.storage.get("present"))
         state.remove_comparison(name)
         state.select_result(name)
         state.add_comparison(before)
-        page.results.refresh()
+        state.redraw_results()
 
     def button(text: str, press: Any, label: str = "", look: str = "flat") -> None:
         named = f"{label or text} {kit.attribute(result.title)}"
@@ -178,7 +169,7 @@ def _draw_actions(page: FormPage, name: str, result: KeptResult, *, first: bool)
         kit.hint(f"{note[:1].upper()}{note[1:]}.").classes("w-full")
     kept = name.removeprefix("kept:") if name.startswith("kept:") else state.kept_id(name)
     if first and result.facts.get("what") == "made" and not result.is_image:
-        _draw_class(page, result)
+        _draw_class(state, result)
     with ui.element("div").classes("done"):
         _draw_download(name, result)
         if kept:
@@ -193,10 +184,10 @@ def _draw_actions(page: FormPage, name: str, result: KeptResult, *, first: bool)
             close.props(f'dense flat aria-label="Remove {kit.attribute(result.title)}"')
 
 
-def _draw_class(page: FormPage, result: KeptResult) -> None:
+def _draw_class(state: MakePageState, result: KeptResult) -> None:
     """Draw the prediction of a fitting classifier once it is known; nothing without a classifier."""
     label = kit.hint("").classes("prediction")
-    runs = page.state.runs
+    runs = state.runs
 
     async def fill() -> None:
         try:
@@ -215,16 +206,16 @@ def _draw_class(page: FormPage, result: KeptResult) -> None:
     ui.timer(0.05, fill, once=True)
 
 
-def _draw_earlier(page: FormPage, name: str) -> None:
+def _draw_earlier(state: MakePageState, name: str) -> None:
     """Draw the list of earlier results."""
-    earlier = [result for result in page.state.results() if f"made:{result.id}" != name]
+    earlier = [result for result in state.results() if f"made:{result.id}" != name]
     if not earlier:
         return
 
     def show(result: KeptResult) -> None:
-        page.state.remove_comparison(f"made:{result.id}")
-        page.state.select_result(f"made:{result.id}")
-        page.results.refresh()
+        state.remove_comparison(f"made:{result.id}")
+        state.select_result(f"made:{result.id}")
+        state.redraw_results()
 
     with kit.card("Earlier results"), ui.element("ul").classes("earlier"):
         for result in earlier:
@@ -245,42 +236,8 @@ def _draw_download(name: str, result: KeptResult) -> None:
 
     button = ui.button("Download").props(f'dense flat aria-label="Download {kit.attribute(result.title)}"')
     if result.is_image:
-        button.on_click(lambda: ui.download.from_url(_image_address(name), f"{_stem(result)}.png"))
+        button.on_click(lambda: ui.download.from_url(_image_address(name), f"{stem_of(result.title)}.png"))
         return
     with button, ui.menu():
         for format, title in titles().items():
             ui.menu_item(title, partial(download, format)).props('role="menuitem"')
-
-
-def titles() -> dict[str, str]:
-    """Return the titles of the formats by name."""
-    haptic = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
-    return {format: format.upper() for format in SIGNAL_FORMATS} | haptic
-
-
-def encoded(result: KeptResult, format: str) -> tuple[str, bytes, str]:
-    """Return a result as a file: its name, its bytes, and what a haptic file keeps and loses.
-
-    Raises
-    ------
-    TactogramError
-        If the format cannot hold it.
-    """
-    suffix, haptic = list_formats()[format]["suffix"], format in haptic_formats()
-    name = file_name(_stem(result), format) if haptic else f"{_stem(result)}{suffix}"
-    over_time = result.signal().domain == "time"
-    speed = PLAYBACK_MM_S if haptic and not over_time else None
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / name
-        facts = convert(result.file, path, format=format, play_at=speed)
-        return name, path.read_bytes(), _sentence(facts["written"], speed) if haptic else ""
-
-
-def _sentence(written: Mapping[str, Any], speed_mm_s: float | None) -> str:
-    """Return what a haptic file keeps and loses, of several axes the first, and the verdict on all."""
-    played = "" if speed_mm_s is None else f" Played at {speed_mm_s:g} mm/s."
-    return f"{written['told'][0]}{played} Verdict: {written['verdict']}"
-
-
-def _stem(result: KeptResult) -> str:
-    return re.sub(r"[^A-Za-z0-9_-]+", "-", result.title)[:40].strip("-") or "touch"

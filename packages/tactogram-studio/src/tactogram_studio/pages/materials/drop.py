@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from nicegui import app, ui
+from starlette.requests import Request
 
 from tactogram.datasets import Store
 from tactogram.errors import Message, ParameterError, Remedy, TactogramError
+from tactogram.model import condition_types
+from tactogram.parameters import parameters
 from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
-from tactogram.workflows import add_signal
+from tactogram.workflows import add_signal, reading_parameters
 from tactogram_studio import kit
 from tactogram_studio.pages.materials.media import HEAD, address, draw_similar
 from tactogram_studio.signals.view import add_routes, signal_card
@@ -21,16 +24,10 @@ from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.recordings import open_named
 from tactogram_studio.workspace.uploads import save_upload
 
-FIELDS = {
-    "unit": "Unit",
-    "rate": "Rate, Hz",
-    "axes": "Axes or columns",
-    "time": "Time stamps",
-    "part": "Part",
-    "sheet": "Sheet",
-}
-"""What the page asks of a file that does not state it, by the argument of `read_file`."""
-TEXTS = ("contactor", "session", "subject")
+FIELDS = ("unit", "rate", "axes", "time", "part", "sheet")
+"""What the page asks of a file that does not state it: arguments of `read_file`."""
+LABELS = {"rate": "Rate, Hz", "axes": "Axes or columns", "time": "Time stamps"}
+CONDITIONS = ("speed_mm_s", "force_n", "contactor", "session", "subject")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp")
 
 
@@ -39,17 +36,8 @@ def add(workspace: Workspace) -> None:
     add_routes()
 
     @kit.route("/materials/drop")
-    async def show(
-        file: str = "",
-        set: str = "",
-        unit: str = "",
-        rate: str = "",
-        axes: str = "",
-        time: str = "",
-        part: str = "",
-        sheet: str = "",
-    ) -> None:
-        given = {"unit": unit, "rate": rate, "axes": axes, "time": time, "part": part, "sheet": sheet}
+    async def show(request: Request, file: str = "", set: str = "") -> None:
+        given = {name: request.query_params.get(name, "") for name in FIELDS}
         ui.add_head_html(HEAD)
         with kit.page("Materials"):
             ui.link("All stores", "/materials").classes("small")
@@ -65,8 +53,7 @@ class _UploadedFile:
 
     def __init__(self, workspace: Workspace, file: str, set_name: str, given: Mapping[str, str]) -> None:
         self.workspace, self.file = workspace, file
-        numbers = {name: _positive(given[name]) for name in ("rate", "part")}
-        self.query = {"file": file, "set": set_name, **given, **numbers}
+        self.query = {"file": file, "set": set_name, **given}
         self.folder = workspace.studio_folder / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
         self.chosen_set = set_name if set_name in self.sets else ""
@@ -82,13 +69,9 @@ class _UploadedFile:
     @property
     def reading(self) -> dict[str, Any]:
         """Arguments of `read_file` that the file itself may lack."""
-        texts = {name: self.query[name].strip() for name in FIELDS}
-        axes = tuple(name.strip() for name in texts["axes"].split(",") if name.strip())
-        found: dict[str, Any] = {name: text or None for name, text in texts.items()}
-        return found | {
-            "rate": float(texts["rate"]) if texts["rate"] else None,
-            "part": int(float(texts["part"])) if texts["part"] else None,
-            "axes": axes or None,
+        known = {one.name: one for one in reading_parameters()}
+        return {
+            name: kit.value_of(known[name], text) for name in FIELDS if (text := self.query[name].strip())
         }
 
     def go(self, **changes: Any) -> None:
@@ -174,17 +157,10 @@ class _UploadedFile:
         expansion = ui.expansion("Unit, rate, axes …", value=not closed).classes("w-full").props("dense")
         examples = {"unit": "m/s^2, g, N", "axes": "x,y,z", "time": "ticks [us], or none"}
         with expansion, ui.row().classes("items-end gap-3"):
-            fields = {
-                name: ui.input(title, value=self.query[name], placeholder=examples.get(name, "")).classes(
-                    "w-36"
-                )
-                for name, title in FIELDS.items()
-            }
-
-            def again() -> None:
-                self.go(**{name: field.value or "" for name, field in fields.items()})
-
-            ui.button("Read again", on_click=again).props("outline")
+            kit.ParameterFields(
+                reading_parameters(), FIELDS, labels=LABELS, examples=examples, entries=self.query
+            )
+            ui.button("Read again", on_click=self.go).props("outline")
             ui.button("Remove", on_click=self._remove).props("flat color=negative")
 
     def _remove(self) -> None:
@@ -206,10 +182,10 @@ class _AddForm:
                 fields.text("material", "Material", autocomplete=materials).classes("w-56", remove="w-36")
                 if len(self.store.streams) > 1:
                     fields.choice("stream", list(self.store.streams), "Stream", stream)
-                fields.number("speed_mm_s", "Speed, mm/s")
-                fields.number("force_n", "Force, N")
-                for name in TEXTS:
-                    fields.text(name, name.capitalize())
+                labels = {name: condition_types()[name].label for name in ("speed_mm_s", "force_n")}
+                self.fields = kit.ParameterFields(
+                    parameters(add_signal), CONDITIONS, labels=labels, entries=self.values
+                )
             kit.hint("Enter a code as the subject, never a name.")
             photograph = kit.file_field("Photograph (optional)", self._take_photograph, accept=PICTURES)
             photograph.classes("max-w-lg")
@@ -270,9 +246,6 @@ class _AddForm:
         """Add the recording and return the report of `add_signal`."""
         values, workspace = self.values, self.uploaded.workspace
         photograph = values.get("photograph")
-        conditions: dict[str, Any] = {name: (values.get(name) or "").strip() or None for name in TEXTS}
-        for name in ("speed_mm_s", "force_n"):
-            conditions[name] = None if values.get(name) is None else float(values[name])
         return add_signal(
             workspace.inside(self.uploaded.set),
             self.uploaded.path,
@@ -281,15 +254,8 @@ class _AddForm:
             photograph=workspace.inside(self.uploaded.folder / photograph) if photograph else None,
             simulated=bool(values["simulated"]),
             **self.uploaded.reading,
-            **conditions,
+            **self.fields.values(),
         )
-
-
-def _positive(text: str) -> str:
-    """Return ``text`` if it is a positive number, else an empty text: addresses can be edited by hand."""
-    with suppress(ValueError):
-        return text if float(text) > 0 else ""
-    return ""
 
 
 def in_fields(message: str) -> str:
@@ -297,8 +263,9 @@ def in_fields(message: str) -> str:
 
     def field(remedy: Remedy) -> str:
         value = "" if remedy.value is None else f": {remedy.value}"
-        name = FIELDS.get(remedy.parameter)
-        return f"{remedy.advice} “{name}”{value}" if name else str(remedy)
+        if (name := remedy.parameter) not in FIELDS:
+            return str(remedy)
+        return f"{remedy.advice} “{LABELS.get(name, name.capitalize())}”{value}"
 
     return message.in_words(field) if isinstance(message, Message) else message
 

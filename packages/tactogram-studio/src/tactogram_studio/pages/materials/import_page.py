@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 from nicegui import app, ui
 
 from tactogram.datasets import (
     MATERIAL_FROM,
-    TableMapping,
-    layouts_by_columns,
     proposed_layouts,
     read_mapping,
     write_mapping,
 )
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.recipe import parse_changes
-from tactogram.signal.io import TableLayout
 from tactogram.workflows import list_sets
 from tactogram_studio import kit
 from tactogram_studio.kit.fields import (
@@ -35,6 +30,7 @@ from tactogram_studio.pages.materials.preview_view import PreviewView
 from tactogram_studio.tasks.queue import output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
 from tactogram_studio.workspace.folder import Workspace
+from tactogram_studio.workspace.imports import ImportSettings
 from tactogram_studio.workspace.received import ReceivedFolders
 
 MAPPINGS = "mappings"
@@ -70,49 +66,16 @@ class ImportPage:
         self.values.setdefault("set", set_name)
         for name, value in {"material_from": "folder", "options": "", "layouts": [], "mapping": ""}.items():
             self.values.setdefault(name, value)
-        self.preview = PreviewView(self)
-
-    @property
-    def path(self) -> Path:
-        """The folder; `ParameterError` if it is gone, or outside of the workspace."""
-        path = self.workspace.inside(self.folder)
-        if not path.is_dir():
-            raise ParameterError(f"{self.folder[:200]}: no longer available; choose it again")
-        return path
-
-    @property
-    def layouts(self) -> list[TableLayout]:
-        """The mapping so far."""
-        return [TableLayout.model_validate(values) for values in self.values["layouts"]]
-
-    @property
-    def is_folder(self) -> bool:
-        """Whether the files are the user's own, which a mapping can describe."""
-        return bool(self.values["set"] == "folder")
-
-    def options(self) -> dict[str, Any]:
-        """Return the options of the importer."""
-        options = parse_changes(shlex.split(self.values["options"] or ""), option="Missing information")
-        if self.is_folder:
-            if self.values["material_from"] != "folder":
-                options["material_from"] = self.values["material_from"]
-            if layouts := self.layouts:
-                options["mapping"] = TableMapping(layout=tuple(layouts))
-        return options
+        self.settings = ImportSettings(workspace, folder, self.values)
+        self.preview = PreviewView(self.settings)
 
     async def draw(self) -> None:
         """Draw the page, and begin the preview."""
         self._draw_source()
         if not self.folder:
             return
-        try:
-            path = self.path
-        except ParameterError as error:
-            with kit.card():
-                kit.alert(str(error))
-            return
-        sets = await kit.in_background(list_sets)
-        with kit.card(path.name, label="Preview"):
+        name, sets = self.settings.path.name, await kit.in_background(list_sets)
+        with kit.card(name, label="Preview"):
             self._draw_settings(sets["import"])
             self.preview.draw_summary()
         self.preview.draw()
@@ -151,7 +114,7 @@ class ImportPage:
             kinds = {name: f"{name}: {facts['title']}" for name, facts in sets.items()}
             kind = ui.select(kinds, label="Kind of data", value=self.values["set"]).classes("w-72")
             kind.on_value_change(lambda event: self._set_and_reload(set=event.value))
-            if self.is_folder:
+            if self.settings.is_folder:
                 materials = ui.select(
                     {name: MATERIALS[name] for name in MATERIAL_FROM},
                     label="Material named by",
@@ -165,7 +128,7 @@ class ImportPage:
             more = ui.input("What no file says", value=self.values["options"], placeholder="unit=g rate=1000")
             more.props("debounce=700").classes("w-60")
             more.on_value_change(lambda event: self.change(options=event.value or ""))
-            if self.received.contains(self.path):
+            if self.received.contains(self.settings.path):
                 ui.button("Remove from the studio", on_click=self._remove).props("flat color=negative")
 
     def _use_mapping(self, name: str) -> None:
@@ -181,7 +144,7 @@ class ImportPage:
         ui.navigate.to(import_address(self.folder))
 
     def _remove(self) -> None:
-        self.received.remove(self.path)
+        self.received.remove(self.settings.path)
         app.storage.user["import"].pop(self.folder, None)
         ui.navigate.to("/materials/import")
 
@@ -190,20 +153,15 @@ class ImportPage:
         self.values.update(values)
         ui.timer(0, self.preview.refresh, once=True)
 
-    def map_columns(self, layouts: Sequence[TableLayout]) -> None:
-        """Store another mapping of some columns."""
-        others = layouts_by_columns(self.layouts) | layouts_by_columns(layouts)
-        flat = [layout.model_dump(mode="json") for alike in others.values() for layout in alike]
-        self.values.update(layouts=flat, mapping="")
-
 
 class _ImportStart:
     """Form that starts the import of a previewed folder, as a process that outlives the page."""
 
     def __init__(self, importing: ImportPage) -> None:
-        self.page, self.workspace = importing, importing.workspace
+        self.settings, self.preview = importing.settings, importing.preview
+        self.workspace = importing.workspace
         self.queue = trainings_of(self.workspace)
-        suggested = free_name(self.workspace.folder / "data", safe_store_name(importing.path.name))
+        suggested = free_name(self.workspace.folder / "data", safe_store_name(self.settings.path.name))
         with kit.card("Import into a store"):
             with ui.row().classes("items-end gap-3 w-full"):
                 self.name = ui.input("Name of the store", value=suggested).classes("w-60")
@@ -216,60 +174,60 @@ class _ImportStart:
                 output=lambda: output_name("data", self.name.value),
                 prepare=self._prepare,
             )
-            if importing.is_folder:
+            if self.settings.is_folder:
                 with self.start.row:
                     ui.button("Save mapping", on_click=self._save).props("outline")
             self.done = ui.column().classes("gap-1").props('role="status"')
-            self.cards = TaskCards(self.queue, ("import",))
-            self.cards.draw()
+            TaskCards(self.queue, ("import",)).follow(UPDATE_S)
         ui.timer(UPDATE_S, self._update)
 
     def _arguments(self) -> list[str]:
-        page, settings = self.page, shlex.split(self.page.values["options"] or "")
-        if page.is_folder and page.values["material_from"] != "folder":
-            settings.insert(0, f"material_from={page.values['material_from']}")
-        options = {
-            "--out": output_name("data", self.name.value),
-            "--mapping": self._mapping_name(),
-            "--set": settings,
-            "--skip-bad": bool(self.skip.value),
-        }
-        words = ("data", "import", page.values["set"], self.workspace.name_of(page.path))
-        return arguments(*words, options=options)
+        settings, more = self.settings, shlex.split(self.settings.values["options"] or "")
+        if settings.is_folder and settings.values["material_from"] != "folder":
+            more.insert(0, f"material_from={settings.values['material_from']}")
+        return arguments(
+            "data",
+            "import",
+            settings.values["set"],
+            self.workspace.name_of(settings.path),
+            out=output_name("data", self.name.value),
+            mapping=self._mapping_name(),
+            options=more,
+            skip_bad=bool(self.skip.value),
+        )
 
     def _mapping_name(self) -> str:
         """Return the file of the mapping in use: a saved one, or one that is saved with the store's name."""
-        if not (self.page.is_folder and self.page.layouts):
+        if not (self.settings.is_folder and self.settings.layouts):
             return ""
-        return self.page.values["mapping"] or f"{MAPPINGS}/{(self.name.value or '').strip()}.toml"
+        return self.settings.values["mapping"] or f"{MAPPINGS}/{(self.name.value or '').strip()}.toml"
 
     def _prepare(self) -> None:
         """Refuse an import that would fail, and write the mapping in use; one that exists must be the same."""
-        facts, mapping = self.page.preview.facts, self._mapping_name()
+        facts, mapping = self.preview.facts, self._mapping_name()
         if facts.get("question"):
             raise ParameterError("Say first what the paths name: the summary above asks")
         if facts.get("needs_skip_bad") and not self.skip.value:
             raise ParameterError("Some files cannot be read: tick the box above to leave them out")
-        if not mapping or mapping == self.page.values["mapping"]:
+        if not mapping or mapping == self.settings.values["mapping"]:
             return
         path = self.workspace.inside(mapping)
         if not path.exists():
-            write_mapping(path, self.page.layouts)
-        elif [*read_mapping(path).layout] != self.page.layouts:
+            write_mapping(path, self.settings.layouts)
+        elif [*read_mapping(path).layout] != self.settings.layouts:
             raise ParameterError(f"{mapping}: holds another mapping; choose another name")
 
     async def _save(self) -> None:
-        if not self.page.preview.facts:
+        if not self.preview.facts:
             raise ParameterError("Wait for the preview first")
         folder = self.workspace.folder / MAPPINGS
-        path = folder / free_name(folder, safe_store_name(self.page.path.name), ".toml")
-        layouts = proposed_layouts(self.page.preview.facts, self.page.layouts)
+        path = folder / free_name(folder, safe_store_name(self.settings.path.name), ".toml")
+        layouts = proposed_layouts(self.preview.facts, self.settings.layouts)
         await kit.in_background(write_mapping, path, layouts)
         ui.notify(f"Saved as {self.workspace.name_of(path)}: it is offered above for other folders, too.")
 
     async def _update(self) -> None:
-        self.skip.visible = bool(self.page.preview.facts.get("needs_skip_bad"))
-        self.cards.update(await kit.in_background(lambda: self.cards.unfinished(self.queue.all())))
+        self.skip.visible = bool(self.preview.facts.get("needs_skip_bad"))
         if (task := self.start.task) is not None:
             status = await kit.in_background(self.queue.status, task)
             if status.state == "finished":

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Annotated, Any
 from urllib.parse import urlencode
 
@@ -47,38 +47,27 @@ def address(page: str, **query: Any) -> str:
 def add_routes(workspace: Workspace) -> None:
     """Register the routes of recordings' small pictures and sounds."""
 
-    def respond(make: Callable[[], bytes], kind: str, byte_range: str | None = None) -> Response:
-        try:
-            return range_response(make(), byte_range, media_type=kind, headers=KEPT)
-        except (TactogramError, OSError) as error:
-            return Response(str(error), status_code=404, media_type="text/plain")
+    def content(data: bytes, kind: str, byte_range: str | None = None) -> Response:
+        return range_response(data, byte_range, media_type=kind, headers=KEPT)
 
     @app.get("/materials/picture")
     def picture(set: str, key: str, size: int = 160) -> Response:
-        return respond(lambda: thumbnail(open_named(workspace, set), key, size=size), "image/jpeg")
+        return content(thumbnail(open_named(workspace, set), key, size=size), "image/jpeg")
 
     @app.get("/materials/trace")
     def trace(set: str, id: str, stream: str = "") -> Response:
-        return respond(
-            lambda: trace_svg(recording_start(open_named(workspace, set), id, stream)), "image/svg+xml"
-        )
+        return content(trace_svg(recording_start(open_named(workspace, set), id, stream)), "image/svg+xml")
 
     @app.get("/materials/spectrogram")
     def spectrogram(set: str, id: str, stream: str = "") -> Response:
-        def make() -> bytes:
-            traits = traits_of(recording_start(open_named(workspace, set), id, stream))
-            return spectrogram_png(traits, width=240, height=56)
-
-        return respond(make, "image/png")
+        traits = traits_of(recording_start(open_named(workspace, set), id, stream))
+        return content(spectrogram_png(traits, width=240, height=56), "image/png")
 
     @app.get("/materials/sound")
     def sound(set: str, id: str, stream: str = "", range: Annotated[str | None, Header()] = None) -> Response:
-        def make() -> bytes:
-            store = open_named(workspace, set)
-            name = stream_of(store, id, stream)
-            return sound_of(store.signal(id, name)).wav
-
-        return respond(make, "audio/wav", range)
+        store = open_named(workspace, set)
+        signal = store.signal(id, stream_of(store, id, stream))
+        return content(sound_of(signal).wav, "audio/wav", range)
 
 
 def draw_recording(
@@ -150,7 +139,7 @@ def draw_similar(
             try:
                 if run != SPECTRAL:
                     with kit.busy("Classifying the recording"):
-                        prediction = await kit.in_background(_classify, workspace, run, signal)
+                        prediction = await kit.call_workflow("classify", workspace.inside(run), signal)
                     with place:
                         _draw_prediction(prediction)
                 with kit.busy("Searching for similar recordings; the first search reads the whole store"):
@@ -190,12 +179,6 @@ def _search(
         f"{calibration_text(result['calibrated_on'])}"
     )
     return {"nearest": nearest, "measure": measure, "unit": ""}
-
-
-def _classify(workspace: Workspace, run: str, signal: Signal) -> dict[str, Any]:
-    from tactogram.workflows import classify  # brings torch
-
-    return classify(workspace.inside(run), signal)
 
 
 def _draw_prediction(prediction: dict[str, Any]) -> None:

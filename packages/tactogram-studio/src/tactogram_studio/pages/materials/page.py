@@ -12,8 +12,9 @@ from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
+from tactogram.parameters import parameters
 from tactogram.signal import Signal
-from tactogram.workflows import list_sets
+from tactogram.workflows import list_sets, simulate_to_store
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, folder_chooser
@@ -29,7 +30,7 @@ from tactogram_studio.pages.materials.media import (
 )
 from tactogram_studio.signals import view as signal_view
 from tactogram_studio.signals.view import signal_card
-from tactogram_studio.tasks.queue import StudioTask, TaskStatus, output_name, trainings_of
+from tactogram_studio.tasks.queue import output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.recordings import (
@@ -67,11 +68,7 @@ def _add_store_pages(workspace: Workspace) -> None:
                 store = open_named(workspace, set)
                 return store, filtered(store.index, chosen), choices(store.index)
 
-            try:
-                store, shown, options = await kit.in_background(read)
-            except (TactogramError, OSError) as error:
-                kit.alert(str(error))
-                return
+            store, shown, options = await kit.in_background(read)
             _draw_head(set, store)
             if chosen == RecordingFilter():
                 _draw_materials(set, store)
@@ -88,11 +85,7 @@ def _add_store_pages(workspace: Workspace) -> None:
                 name = stream_of(store, id, stream)
                 return store, name, store.signal(id, name)
 
-            try:
-                store, name, signal = await kit.in_background(read)
-            except (TactogramError, OSError) as error:
-                kit.alert(str(error))
-                return
+            store, name, signal = await kit.in_background(read)
             info = store.info(id)
             _draw_metadata(set, store, info, name)
             signal_card(signal, title=f"{name} of {info.material or id}", simulated=info.simulated)
@@ -110,12 +103,9 @@ def _draw_head(name: str, store: Store) -> None:
         (0 if store.facts.ratings is None else store.facts.ratings.rows, "rating"),
     ]
     with kit.card():
-        with ui.row().classes("items-center gap-3"):
-            kit.heading(name).style("overflow-wrap: anywhere")
-            if store.simulated:
-                count = sum(info.simulated for info in index)
-                text = "simulated" if count == len(store) else f"{count} of {len(store)} simulated"
-                ui.label(text).classes("simulated")
+        count = sum(info.simulated for info in index)
+        text = "simulated" if count == len(store) else f"{count} of {len(store)} simulated"
+        kit.title_row(name, store.simulated, text)
         ui.label(" · ".join(f"{n:,} {what}{'' if n == 1 else 's'}" for n, what in counts if n))
         streams = ", ".join(
             f"{key} in {facts.unit} over {facts.domain} ({','.join(facts.axes)})"
@@ -203,9 +193,7 @@ def _draw_metadata(set_name: str, store: Store, info: RecordingInfo, stream: str
         ui.navigate.to(address("recording", set=set_name, id=info.id, stream=stream))
 
     with kit.card():
-        with ui.row().classes("items-center gap-3"):
-            kit.heading(info.material or "Recording")
-            kit.mark_simulated(info.simulated)
+        kit.title_row(info.material or "Recording", info.simulated)
         with ui.row().classes("gap-6 items-start w-full"):
             _draw_photograph(store, info)
             with ui.element("div").style("flex: 1 1 18rem"), ui.element("dl").classes("facts"):
@@ -258,23 +246,19 @@ def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
         kit.hint("Surfaces computed from formulas. Everything derived from them is marked as simulated.")
         options = {name: f"{name}: {text}" for name, text in sets.items()}
         kind = ui.select(options, label="Set", value="stroking9").classes("w-full")
-        with ui.row().classes("w-full no-wrap"):
-            per_class = kit.NumberField("Recordings per class", placeholder="default").classes("col")
-            seconds = kit.NumberField("Seconds", placeholder="default").classes("col")
-        with ui.row().classes("w-full no-wrap"):
-            photographs = kit.NumberField("Photographs per surface", placeholder="one").classes("col")
-            seed = kit.NumberField("Seed", value=0).classes("col")
+        with ui.row().classes("w-full"):
+            fields = kit.ParameterFields(
+                parameters(simulate_to_store),
+                ("per_class", "seconds", "photographs", "seed"),
+                labels={"per_class": "Recordings per class", "photographs": "Photographs per surface"},
+                examples={"per_class": "default", "seconds": "default", "photographs": "one", "seed": "0"},
+                classes="w-44",
+            )
         name = ui.input("Name").classes("w-full")
 
         def command() -> list[str]:
-            options = {
-                "--out": output_name("data", name.value),
-                "--seed": seed.checked(least=0, whole=True),
-                "--per-class": per_class.checked(least=1, whole=True),
-                "--seconds": seconds.checked(least=0.1, most=3600),
-                "--photographs": photographs.checked(least=0, most=9, whole=True),
-            }
-            return arguments("data", "simulate", str(kind.value), options=options)
+            out = output_name("data", name.value)
+            return arguments("data", "simulate", str(kind.value), out=out, **fields.values())
 
         def suggest() -> None:
             name.value = free_name(workspace.folder / "data", str(kind.value))
@@ -305,29 +289,26 @@ class _StoreOverview:
     """Stores and unfinished tasks, updated regularly."""
 
     def __init__(self, workspace: Workspace) -> None:
-        self.workspace, self.queue = workspace, trainings_of(workspace)
-        self._cards = TaskCards(self.queue, ("simulate", "import"))
+        self.workspace = workspace
         self._stores: list[tuple[str, Store | str]] = []
 
     async def draw(self) -> None:
         """Draw tasks and stores, and keep them up to date."""
-        self._stores, tasks = await kit.in_background(self._gather)
-        self._cards.update(tasks)
-        self._cards.draw()
+        TaskCards(trainings_of(self.workspace), ("simulate", "import")).follow(UPDATE_S)
+        self._stores = await kit.in_background(self._gather)
         self._tiles()
         ui.timer(UPDATE_S, self._update)
 
     async def _update(self) -> None:
         drawn = self._stores
-        self._stores, tasks = await kit.in_background(self._gather)
+        self._stores = await kit.in_background(self._gather)
         if [name for name, _ in self._stores] != [name for name, _ in drawn]:
             self._tiles.refresh()
-        self._cards.update(tasks)
 
-    def _gather(self) -> tuple[list[tuple[str, Store | str]], list[tuple[StudioTask, TaskStatus]]]:
-        """Return the stores, each opened or with the reason why it cannot be, and the unfinished tasks."""
+    def _gather(self) -> list[tuple[str, Store | str]]:
+        """Return the stores, each opened or with the reason why it cannot be."""
         names = [self.workspace.name_of(path) for path in self.workspace.stores()]
-        return [(name, self._open(name)) for name in names], self._cards.unfinished(self.queue.all())
+        return [(name, self._open(name)) for name in names]
 
     def _open(self, name: str) -> Store | str:
         try:

@@ -4,44 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import partial
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from nicegui import ui
 
-from tactogram.datasets import Recording, in_one_line, layouts_by_columns, preview_dataset, preview_file
+from tactogram.datasets import (
+    Recording,
+    in_one_line,
+    layouts_by_columns,
+    preview_dataset,
+    preview_file,
+)
 from tactogram.errors import TactogramError
 from tactogram.signal.io import TableLayout
 from tactogram_studio import kit
-from tactogram_studio.pages.materials.layout_card import LayoutCard, by_key, headings_of
+from tactogram_studio.pages.materials.layout_card import LayoutCard
+from tactogram_studio.workspace.imports import ImportSettings, by_key, headings_of
 
 MOST_LAYOUTS = 30
 MOST_SHOWN = 200
 """Kinds of skipped files, and materials, that the page lists."""
-
-
-class Importing(Protocol):
-    """Page with the settings of an import."""
-
-    values: dict[str, Any]
-
-    @property
-    def path(self) -> Path:
-        """Folder or file to import."""
-
-    @property
-    def is_folder(self) -> bool:
-        """Whether a plain folder is imported."""
-
-    @property
-    def layouts(self) -> list[TableLayout]:
-        """Layouts that were chosen for tables."""
-
-    def options(self) -> dict[str, Any]:
-        """Return the importer's options; `ParameterError` if they cannot be read."""
-
-    def map_columns(self, layouts: Sequence[TableLayout]) -> None:
-        """Use layouts for the tables of the folder."""
 
 
 class _SupersededError(Exception):
@@ -49,10 +31,10 @@ class _SupersededError(Exception):
 
 
 class PreviewView:
-    """Preview of the folder of a page, read again whenever its settings change."""
+    """Preview of a folder, read again whenever its settings change."""
 
-    def __init__(self, importing: Importing) -> None:
-        self.page = importing
+    def __init__(self, settings: ImportSettings) -> None:
+        self.settings = settings
         self.facts: dict[str, Any] = {}
         self._generation = 0
         self._cards: list[LayoutCard] = []
@@ -75,7 +57,7 @@ class PreviewView:
     async def refresh(self, first: LayoutCard | None = None) -> None:
         """Read the files, and show how, with the picture of one card before; a later call supersedes this one."""
         self._generation += 1
-        mine, page = self._generation, self.page
+        mine, settings = self._generation, self.settings
         self.problem.text = ""
 
         def report(done: int, total: int) -> None:
@@ -84,7 +66,7 @@ class PreviewView:
             self._progress = (done, total)
 
         try:
-            path, options, kind = page.path, page.options(), page.values["set"]
+            path, options, kind = settings.path, settings.options(), settings.values["set"]
             self._bar.visible = True
             if first is not None:
                 first.show(await kit.in_background(self._example, first.example, options))
@@ -108,16 +90,16 @@ class PreviewView:
     def _example(self, name: str, options: Mapping[str, Any]) -> Recording | str:
         """Return a file as it would be imported, or why it cannot be."""
         try:
-            return preview_file(self.page.values["set"], self.page.path, name, options=options)
+            return preview_file(self.settings.values["set"], self.settings.path, name, options=options)
         except TactogramError as error:
             return self._short(str(error))
 
     def _short(self, text: str) -> str:
         """Return a message with file names relative to the folder."""
-        return text.replace(f"{self.page.path}/", "")
+        return text.replace(f"{self.settings.path}/", "")
 
     async def _map(self, number: int, layouts: Sequence[TableLayout]) -> None:
-        self.page.map_columns(layouts)
+        self.settings.map_columns(layouts)
         await self.refresh(self._cards[number])
 
     def _show_progress(self) -> None:
@@ -126,7 +108,7 @@ class PreviewView:
 
     def _show(self, examples: Mapping[str, Recording | str]) -> None:
         """Show the preview; cards whose files are still there stay, so that the keyboard's focus stays."""
-        facts, mapped = self.facts, layouts_by_columns(self.page.layouts)
+        facts, mapped = self.facts, layouts_by_columns(self.settings.layouts)
         self._show_summary()
         drawn = [card.key for card in self._cards]
         layouts = by_key(facts["layouts"][:MOST_LAYOUTS])
@@ -138,7 +120,7 @@ class PreviewView:
                     key,
                     each,
                     mapped.get(headings_of(each), []),
-                    partial(self._map, number) if self.page.is_folder else None,
+                    partial(self._map, number) if self.settings.is_folder else None,
                 )
                 for number, (key, each) in enumerate(layouts.items())
             ]

@@ -2,94 +2,20 @@
 
 from __future__ import annotations
 
-import json
-import threading
-from collections.abc import Mapping
-from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any
 
 from nicegui import ui
 
-from tactogram.errors import DataError, ParameterError, TactogramError
-from tactogram.rendering import Display, open_display
-from tactogram.signal import Signal
+from tactogram.rendering import open_display
 from tactogram.signal.io import read_signal
-from tactogram.text_files import parse_json, read_text
-from tactogram.workflows import CAREFUL, NULL, Playback, outputs
+from tactogram.workflows import CAREFUL, NULL, outputs
 from tactogram_studio import kit
+from tactogram_studio.tasks.speaker import Speaker, recently_played
 from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.sent import DriveRequest, SendResult, SendService
 
-LOG = "played.jsonl"
 BUFFERED = "digilent"
 """Devices that play from their own buffer, which this page cannot fade out."""
-
-
-class Speaker:
-    """Plays drives, one at a time, and logs them in ``folder``."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.playing: Playback | None = None
-        self.title = ""
-        self._thread: threading.Thread | None = None
-        self._lock = threading.Lock()
-
-    @property
-    def busy(self) -> bool:
-        """Whether a drive is playing."""
-        return self._thread is not None and self._thread.is_alive()
-
-    def play(self, drive: Signal, display: Display, *, title: str, **options: Any) -> None:
-        """Start to play; ``options`` as for `Playback`. `ParameterError` while another drive is playing."""
-        with self._lock:
-            if self.busy:
-                raise ParameterError("something is playing; stop it first")
-            playing = Playback(drive, display, **options)
-            self.playing, self.title = playing, title
-            self._thread = threading.Thread(
-                target=self._run, args=(playing, title), name="speaker", daemon=True
-            )
-            self._thread.start()
-
-    def stop(self) -> None:
-        """Fade out and wait for the end."""
-        playing, thread = self.playing, self._thread
-        if playing is not None and thread is not None:
-            playing.stop()
-            thread.join(3.0)
-
-    def _run(self, playing: Playback, title: str) -> None:
-        try:
-            playing.run()
-        except TactogramError:
-            pass  # the facts hold the error
-        finally:
-            log_played(self.folder, {"title": title, **playing.facts()})
-
-
-def log_played(folder: Path, facts: Mapping[str, Any]) -> None:
-    """Add a line to the log: drive by hash, strength and device."""
-    folder.mkdir(parents=True, exist_ok=True)
-    line = json.dumps({"time": datetime.now(UTC).isoformat(timespec="seconds"), **facts}, ensure_ascii=False)
-    with (folder / LOG).open("a", encoding="utf-8") as file:
-        file.write(line + "\n")
-
-
-def recently_played(folder: Path, count: int = 5) -> list[dict[str, Any]]:
-    """Return the last readable lines of the log, newest first."""
-    try:
-        lines = read_text(folder / LOG).splitlines()
-    except DataError:
-        return []
-    entries = []
-    for line in reversed(lines[-4 * count :]):
-        try:
-            entries.append(parse_json(line, LOG))
-        except DataError:  # cut short by a kill
-            continue
-    return entries[:count]
 
 
 class DeviceCard:
@@ -217,5 +143,4 @@ class DeviceCard:
 
 def _play_command(display: str, device: str) -> str:
     strength = None if device.startswith(BUFFERED) else CAREFUL
-    options = {"--display": display, "--device": device, "--strength": strength}
-    return command_line(arguments("play", "drive.npz", options=options))
+    return command_line(arguments("play", "drive.npz", display=display, device=device, strength=strength))

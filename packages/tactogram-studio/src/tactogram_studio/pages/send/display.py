@@ -13,7 +13,8 @@ from tactogram.rendering import Display, display_family, open_display, read_cali
 from tactogram.workflows import levels_of, list_displays
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
-from tactogram_studio.pages.send.device import DeviceCard, Speaker
+from tactogram_studio.pages.send.device import DeviceCard
+from tactogram_studio.tasks.speaker import Speaker
 from tactogram_studio.workspace.sent import LEVEL_VALUES, LEVELS, DriveRequest, SendService, level_text
 from tactogram_studio.workspace.shelf import SelectedSignal
 
@@ -126,9 +127,8 @@ class DisplayCards(RequestCards):
         with kit.card(label="Fit report"):
             display = open_display(self.service.display_file(result.request.display))
             report, files = result.facts["report"], f"/send/result/{result.id}"
-            with ui.row().classes("items-center gap-2"):
-                kit.heading(f"{result.title} on {display.title}".replace("m/s^2", "m/s²"))
-                kit.mark_simulated(result.facts.get("simulated"), "simulated signal")
+            title = f"{result.title} on {display.title}".replace("m/s^2", "m/s²")
+            kit.title_row(title, result.facts.get("simulated"), "simulated signal")
             with ui.element("div").classes("warned").props('role="note" aria-label="Safety"'):
                 for warning in warnings_of(display, report):
                     ui.label(warning)

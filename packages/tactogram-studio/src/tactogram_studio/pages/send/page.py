@@ -5,17 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from fastapi.responses import FileResponse, JSONResponse
+from fastapi.responses import FileResponse
 from nicegui import app, ui
 
-from tactogram.errors import ParameterError, TactogramError
+from tactogram.errors import ParameterError
 from tactogram.signal.io import write_signal
+from tactogram.workflows import reading_parameters
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.send.device import Speaker
 from tactogram_studio.pages.send.display import DisplayCards
 from tactogram_studio.pages.send.files import FileCards
 from tactogram_studio.signals.view import add_routes, placeholder, signal_card
+from tactogram_studio.tasks.speaker import Speaker
 from tactogram_studio.workspace.commands import free_name
 from tactogram_studio.workspace.sent import SendService
 from tactogram_studio.workspace.shelf import LONGEST_TITLE, SelectedSignal
@@ -39,11 +40,8 @@ def add(studio: Studio) -> None:
     app.on_shutdown(speaker.stop)
 
     @app.get("/send/result/{identifier}/{name}")
-    def result(identifier: str, name: str) -> Any:
-        try:
-            path = _result_file(service, identifier, name)
-        except TactogramError as error:
-            return JSONResponse({"error": str(error)}, status_code=404)
+    def result(identifier: str, name: str) -> FileResponse:
+        path = _result_file(service, identifier, name)
         return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
     @kit.route("/send")
@@ -72,7 +70,7 @@ class SendPage:
         self.state["tab"] = tab or self.state.get("tab", "display")
         self.selected: SelectedSignal | None = None
         of = of or str(self.state.get("of", ""))
-        self._reading = bool(of)
+        self._loading = bool(of)
         self.state["of"] = of
         with ui.element("div").classes("grid-2"):
             with kit.column():
@@ -106,8 +104,11 @@ class SendPage:
             self._group.classes("w-full")
             self._listed()
             with ui.expansion("Upload a file").classes("w-full"):
-                self._unit = ui.input("Unit, if not in the file").props('hint="m/s^2, g, N, 1 …"')
-                self._rate = ui.number("Rate in Hz, if not in the file")
+                kit.hint("If they are not in the file:")
+                labels, examples = {"rate": "Rate, Hz"}, {"unit": "m/s^2, g, N, 1 …"}
+                self._reading = kit.ParameterFields(
+                    reading_parameters(), ("unit", "rate"), labels=labels, examples=examples
+                )
                 kit.file_field("WAV, FLAC, CSV, NPZ, Excel", self._upload, most_mib=MOST_MIB)
 
     @ui.refreshable_method
@@ -115,11 +116,8 @@ class SendPage:
         kit.signal_choice(self.sources, self._group.value, self._select, last=str(self.state.get("of", "")))
 
     async def _upload(self, name: str, data: bytes) -> None:
-        given = {"unit": (self._unit.value or "").strip(), "rate": self._rate.value}
-
         def store() -> str:
-            options = {key: value for key, value in given.items() if value}
-            signal = read_uploaded_signal(name, data, **options)
+            signal = read_uploaded_signal(name, data, **self._reading.values())
             folder = self.studio.workspace.studio_folder / "uploads"
             folder.mkdir(parents=True, exist_ok=True)
             path = folder / free_name(folder, Path(safe_name(name)).stem, ".npz")
@@ -137,7 +135,7 @@ class SendPage:
             self.signal = await kit.in_background(self.selected.signal)
             self.state["of"] = of
         finally:
-            self._reading = False
+            self._loading = False
             self._signal.refresh()
         self.display.set_signal(self.signal)
         self.files.set_signal(self.signal)
@@ -146,7 +144,7 @@ class SendPage:
     def _signal(self) -> None:
         if self.selected is None:
             with kit.card(label="The signal"):
-                if self._reading:
+                if self._loading:
                     placeholder("Reading …", small=True)
                 else:
                     ui.label("Choose a kept result, a file or a recording.").classes("quiet")

@@ -11,13 +11,14 @@ from urllib.parse import quote
 
 from nicegui import ui
 
-from tactogram.datasets import finite_number
 from tactogram.errors import ParameterError, TactogramError
+from tactogram.parameters import parameters
 from tactogram.recipe import parse_changes
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.pages.studies.experiment_view import address_of, participant_count, report_of
+from tactogram_studio.workspace.commands import free_name
 from tactogram_studio.workspace.folder import RUN, STORE, Workspace
+from tactogram_studio.workspace.session_view import address_of, participant_count, report_of
 from tactogram_study.answers import SUFFIXES
 from tactogram_study.designs import designs
 from tactogram_study.designs.catalogue import margin_text, power_tables
@@ -122,8 +123,7 @@ def new_session_folder(workspace: Workspace, name: str) -> Path:
 
 def free_session_name(workspace: Workspace, name: str) -> str:
     """Return an unused name for a new session's folder, after the study's name."""
-    names = (name if number == 1 else f"{name[:36]}-{number}" for number in range(1, 1000))
-    return next(free for free in names if not workspace.inside(Path(SESSIONS) / free).exists())
+    return free_name(workspace.inside(SESSIONS), name[:36])
 
 
 def analysis_folder(workspace: Workspace, source: Path) -> Path:
@@ -133,22 +133,9 @@ def analysis_folder(workspace: Workspace, source: Path) -> Path:
     return workspace.inside(Path(ANALYSES) / re.sub(r"[^A-Za-z0-9_.-]", "-", workspace.name_of(source)))
 
 
-def split_commas(text: str | None) -> list[str]:
-    """Return the parts of a field between commas, without empty ones."""
-    return [part.strip() for part in (text or "").split(",") if part.strip()]
-
-
-def counts_of(text: str, name: str) -> tuple[int, ...]:
-    """Return the whole numbers of a field ``name``, or raise `ParameterError`."""
-    try:
-        return tuple(int(part) for part in split_commas(text))
-    except ValueError:
-        raise ParameterError(f"{name} must be whole numbers separated by commas, got {text[:60]!r}") from None
-
-
 def pairs_of(text: str | None, name: str) -> dict[str, Any]:
     """Return the ``key=value`` pairs of a field ``name``, or raise `ParameterError`."""
-    return parse_changes(split_commas(text), option=name)
+    return parse_changes([part for part in (text or "").split(",") if part.strip()], option=name)
 
 
 def power_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[list[str], list[list[str]]]:
@@ -203,6 +190,8 @@ def begin_dialog(studio: Studio, source: Path | str, *, title: str, name: str) -
 
 def power() -> None:
     """Draw the form and table of statistical power."""
+    from tactogram_study.workflows.power import study_power
+
     with kit.card("Before a study: statistical power", classes="w-full stack"):
         kit.hint(
             f"Each row simulates {SIMULATIONS} studies with simulated participants. Empty fields have typical values; "
@@ -211,25 +200,19 @@ def power() -> None:
         with ui.row().classes("items-end gap-4"):
             tables = list(power_tables())
             design = ui.select(tables, value=tables[0], label="Design").props("dense").classes("w-36")
-            people = ui.input("Participants").props('dense placeholder="10,20"').classes("w-32")
-            trials = ui.input("Trials each").props('dense placeholder="30,90"').classes("w-32")
-            effect = ui.number("Effect").props("dense").classes("w-24")
-            margin = ui.number("Margin").props("dense").classes("w-24")
+            fields = kit.ParameterFields(
+                parameters(study_power),
+                ("participants", "trials", "effect", "margin"),
+                labels={"trials": "Trials each"},
+                examples={"participants": "10,20", "trials": "30,90"},
+            )
             button = ui.button("Calculate power")
         shown = ui.column().classes("w-full gap-2").props('aria-live="polite"')
 
         async def calculate() -> None:
-            from tactogram_study.workflows.power import study_power
-
             with kit.busy("simulating studies", button=button):
                 result = await kit.in_background(
-                    study_power,
-                    design.value,
-                    participants=counts_of(people.value or "", "participants"),
-                    trials=counts_of(trials.value or "", "trials"),
-                    effect=effect.value,
-                    margin=margin.value,
-                    simulations=SIMULATIONS,
+                    study_power, design.value, **fields.values(), simulations=SIMULATIONS
                 )
             shown.clear()
             with shown:
@@ -246,6 +229,8 @@ def power() -> None:
 
 def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
     """Draw the form that analyses a session or a table of answers."""
+    from tactogram_study.workflows.analysis import analyse_study
+
     with kit.card("After a study: analysis", classes="w-full stack"):
         kit.hint(
             "The publication's test and a sound one, with intervals and verdicts; margins are those of the study's "
@@ -267,42 +252,33 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
             ui.expansion("Tables of other programs, other margins").classes("w-full"),
             ui.row().classes("items-end gap-4"),
         ):
-            design = ui.input("Design of the table").props(f'dense placeholder="{next(iter(designs()))}"')
-            columns = ui.input("Names of columns in the table").props(
-                'dense placeholder="participant=subject"'
+            fields = kit.ParameterFields(
+                parameters(analyse_study),
+                ("design", "columns", "constants", "margins"),
+                labels={
+                    "design": "Design of the table",
+                    "columns": "Names of columns in the table",
+                    "constants": "Values that are the same in every row",
+                    "margins": "Other margins",
+                },
+                examples={
+                    "design": next(iter(designs())),
+                    "columns": "participant=subject",
+                    "constants": "question=which",
+                    "margins": "which=0.1",
+                },
+                classes="",
             )
-            constants = ui.input("Values that are the same in every row").props(
-                'dense placeholder="question=which"'
-            )
-            margins = ui.input("Other margins").props('dense placeholder="which=0.1"')
         button = ui.button("Analyse")
         shown = ui.column().classes("w-full gap-1").props('aria-live="polite"')
 
         async def analyse() -> None:
-            from tactogram_study.workflows.analysis import analyse_study
-
             if not source.value:
                 raise ParameterError("choose the answers first: a session or a table")
             chosen = workspace.inside(source.value)
             out = analysis_folder(workspace, chosen)
             with kit.busy("analysing the answers", button=button), workspace.readable_errors():
-                result = await kit.in_background(
-                    analyse_study,
-                    chosen,
-                    out,
-                    design=(design.value or "").strip() or None,
-                    columns={
-                        name: str(value)
-                        for name, value in pairs_of(columns.value, "Names of columns").items()
-                    },
-                    constants={
-                        name: str(value) for name, value in pairs_of(constants.value, "Values").items()
-                    },
-                    margins={
-                        name: finite_number("margin", name, str(value))
-                        for name, value in pairs_of(margins.value, "Other margins").items()
-                    },
-                )
+                result = await kit.in_background(analyse_study, chosen, out, **fields.values())
             shown.clear()
             with shown:
                 for note in result["notes"]:

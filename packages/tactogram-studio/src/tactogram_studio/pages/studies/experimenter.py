@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from nicegui import app, ui
 from starlette.requests import Request
-from starlette.responses import FileResponse, PlainTextResponse, Response
+from starlette.responses import FileResponse, Response
 
-from tactogram.errors import TactogramError
+from tactogram.errors import DataError, TactogramError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.pages.studies.catalogue import pairs_of
-from tactogram_studio.pages.studies.experiment_view import (
+from tactogram_studio.pages.studies.joining import JoinCard
+from tactogram_studio.server.guard import REPORT_POLICY
+from tactogram_studio.workspace.session_view import (
     ParticipantRow,
     SessionView,
     address_of,
@@ -25,8 +27,6 @@ from tactogram_studio.pages.studies.experiment_view import (
     report_of,
     view_of,
 )
-from tactogram_studio.pages.studies.joining import JoinCard
-from tactogram_studio.server.guard import REPORT_POLICY
 from tactogram_study.session.progress import NOT_BEGUN, status_label
 from tactogram_study.workflows.answers import export_zip
 from tactogram_study.workflows.sessions import simulate_session
@@ -58,12 +58,9 @@ def add(studio: Studio) -> None:
 
     @app.get("/experiment/{session}/report.html")
     def report(session: str) -> Response:
-        try:
-            path = report_of(studio.workspace.inside(folder_of(session)))
-        except TactogramError as error:
-            return PlainTextResponse(str(error), status_code=404)
+        path = report_of(studio.workspace.inside(folder_of(session)))
         if not path.is_file():
-            return PlainTextResponse("no analysis yet; analyse the answers first", status_code=404)
+            raise DataError("no analysis yet; analyse the answers first")
         return FileResponse(path, headers={"Content-Security-Policy": REPORT_POLICY})
 
 

@@ -20,8 +20,8 @@ from tactogram_studio.pages.studies.catalogue import (
     workspace_studies,
 )
 from tactogram_studio.pages.studies.editor.page import add as add_editor
-from tactogram_studio.pages.studies.experiment_view import address_of
 from tactogram_studio.study_draft.draft import STUDIES, copy_study, free_name
+from tactogram_studio.workspace.session_view import address_of
 from tactogram_studio.workspace.uploads import save_upload
 from tactogram_study.wording import own_name
 from tactogram_study.workflows.studies import check_study

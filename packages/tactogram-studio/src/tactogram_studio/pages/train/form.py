@@ -10,6 +10,7 @@ from nicegui import app, ui
 
 from tactogram.datasets import open_store
 from tactogram.errors import ParameterError
+from tactogram.model import condition_types
 from tactogram.models import ModelInfo, available
 from tactogram.recipe import parse_changes
 from tactogram.workflows import (
@@ -65,28 +66,25 @@ def training_options(values: Mapping[str, Any]) -> dict[str, Any]:
         conditions[key] = value
     return {
         "recipe": values["recipe"],
-        "changes": parse_changes(values.get("set") or ()),
         "split": f"last={int(values['last'] or 1)}" if values["split"] == "last" else values["split"],
         "by": values["by"],
         "label": (values["label"] or "material").strip(),
         "where": conditions,
+        "changes": parse_changes(values.get("set") or ()),
     }
 
 
 def training_arguments(values: Mapping[str, Any]) -> list[str]:
     """Return the equivalent arguments of ``tactogram``; `ParameterError` if an entry is not valid."""
     chosen = training_options(values)
-    options = {
-        "--data": values["data"],
-        "--recipe": chosen["recipe"],
-        "--split": chosen["split"],
-        "--by": chosen["by"] if chosen["by"] != "recording" else "",
-        "--label": chosen["label"] if chosen["label"] != "material" else "",
-        "--where": [f"{key}={value}" for key, value in chosen["where"].items()],
-        "--set": values.get("set"),
-        "--out": output_name("runs", values["name"]),
+    chosen |= {
+        "where": [f"{key}={value}" for key, value in chosen["where"].items()],
+        "changes": values.get("set"),
     }
-    return arguments("train", values["model"], options=options)
+    given = {name: value for name, value in chosen.items() if value not in ("recording", "material")}
+    return arguments(
+        "train", values["model"], data=values["data"], **given, out=output_name("runs", values["name"])
+    )
 
 
 def describe_model(model: ModelInfo) -> str:
@@ -102,9 +100,10 @@ def _described(model: ModelInfo) -> str:
         "generation": f"generates {'an image' if model.gives == 'image' else 'signals'}",
         "prediction": "predicts word ratings of signals or images",
     }[model.task]
-    inputs = [
-        *model.needs,
-        *(f"{name} (optional)" for name in model.takes if name != "latent" and "vibration_" not in name),
+    options = {name: one.options[0].name for name, one in condition_types().items() if one.options}
+    inputs = [options[name] for name in model.needs]
+    inputs += [
+        f"{options[name]} (optional)" for name in model.takes if name in options and "vibration_" not in name
     ]
     given = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
     data = {
@@ -117,7 +116,6 @@ def _described(model: ModelInfo) -> str:
 
 
 def _listed(names: list[str]) -> str:
-    names = [name.replace("speed_mm_s", "speed").replace("force_n", "force") for name in names]
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
 

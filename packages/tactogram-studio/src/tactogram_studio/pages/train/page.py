@@ -1,26 +1,32 @@
-"""The page Train: start a training, and follow all runs and tasks."""
+"""The page Train: start a training, follow all runs and tasks, and compare runs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Annotated, Any
 from urllib.parse import quote
 
+from fastapi import Query
 from nicegui import ui
 
+from tactogram.errors import ParameterError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.kit.tasks import ACTIVITIES, ProgressRow, TaskCards, badge
-from tactogram_studio.pages.train import compare, form, watch
-from tactogram_studio.pages.train.watch import state_of
+from tactogram_studio.kit.tasks import ACTIVITIES, ProgressRow, TaskCards, badge, state_of
+from tactogram_studio.pages.train import form, watch
+from tactogram_studio.tasks.log import loss_curves, read_metrics, thinned
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
 from tactogram_studio.workspace.runs import RunSummary, run_summary
+
+MOST_RUNS = 8
+Curves = dict[str, list[tuple[int, float]]]
 
 
 def add(studio: Studio) -> None:
     """Register ``/train`` and the pages below it."""
     trainings_of(studio.workspace).keep_advancing()
     watch.add(studio)
-    compare.add(studio)
 
     @kit.route("/train")
     async def show(model: str = "", data: str = "") -> None:
@@ -29,6 +35,19 @@ def add(studio: Studio) -> None:
                 form.draw(studio, model=model, data=data)
             with kit.column():
                 await _RunList(studio).draw()
+
+    @kit.route("/train/compare")
+    async def compare(run: Annotated[list[str], Query()] = []) -> None:  # noqa: B006 - read only
+        with kit.page("Train"):
+            ui.link("All runs", "/train").classes("small")
+            curves, compared = await kit.in_background(_read, studio, run)
+            kit.heading("Comparison of runs")
+            _draw_losses(curves)
+            _draw_table("Results", "Measure", compared["results"], list(curves))
+            _draw_table("Models and data", "Fact", compared["facts"], list(curves))
+            _draw_table("Different settings", "Setting", compared["settings"], list(curves))
+            for note in compared["notes"]:
+                kit.hint(note)
 
 
 @dataclass(frozen=True)
@@ -138,3 +157,61 @@ class _RunList:
             if entry.active:
                 self.rows[name] = ProgressRow(self.trainings)
                 self.rows[name].update(task, entry.status)
+
+
+def _read(studio: Studio, names: Sequence[str]) -> tuple[dict[str, Curves], dict[str, Any]]:
+    from tactogram.workflows import compare_runs  # brings torch
+
+    workspace = studio.workspace
+    folders = [workspace.inside(name) for name in dict.fromkeys(names)][:MOST_RUNS]
+    for name, folder in zip(dict.fromkeys(names), folders, strict=False):
+        if not (folder / "recipe.toml").is_file():
+            raise ParameterError(f"{name[:200]}: no such run in this workspace; it may have been deleted")
+    if len(folders) < 2:
+        raise ParameterError("select at least two runs on the page Train")
+    curves = {workspace.name_of(folder): loss_curves(read_metrics(folder)) for folder in folders}
+    return curves, compare_runs(folders)
+
+
+def _draw_losses(curves_by_run: Mapping[str, Curves]) -> None:
+    names = list(dict.fromkeys(loss for curves in curves_by_run.values() for loss in curves))
+    with kit.card():
+        if not names:
+            ui.label(
+                "None of these runs has loss curves: their models are computed from the recordings."
+            ).classes("quiet")
+            return
+        chart = ui.echart(kit.line_chart(loss_by_run(curves_by_run, names[0]), x="step")).classes("w-full")
+        chart.style("height: 22rem").props('role="img" aria-label="Losses of the runs over steps"')
+
+        def draw() -> None:
+            chart.options.clear()
+            shown = loss_by_run(curves_by_run, loss.value)
+            chart.options.update(kit.line_chart(shown, x="step", log_scale=log_scale.value))
+            chart.update()
+
+        with ui.row().classes("items-center"):
+            loss = ui.select(names, label="Loss", value=names[0], on_change=draw).classes("w-64")
+            log_scale = ui.switch("logarithmic", on_change=draw)
+
+
+def loss_by_run(curves_by_run: Mapping[str, Curves], loss: str) -> Curves:
+    """Return one loss of each run that has it, by run."""
+    return {run: thinned(curves[loss]) for run, curves in curves_by_run.items() if loss in curves}
+
+
+def _draw_table(title: str, key: str, rows: Mapping[str, Sequence[Any]], runs: Sequence[str]) -> None:
+    with kit.card(title):
+        if not rows:
+            ui.label("None.").classes("quiet")
+            return
+        kit.table([key, *runs], [[name, *map(_text, values)] for name, values in rows.items()])
+        with ui.row():
+            for run in runs:
+                ui.link(run, f"/train/watch?run={quote(run)}").classes("small")
+
+
+def _text(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "" if value is None else str(value)

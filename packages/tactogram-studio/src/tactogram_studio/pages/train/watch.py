@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -15,12 +14,11 @@ from tactogram.models import available
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.kit.tasks import ProgressRow, TaskCards, badge
-from tactogram_studio.pages.train.compare import loss_options
+from tactogram_studio.kit.tasks import ProgressRow, TaskCards, badge, state_of
 from tactogram_studio.signals.view import add_routes, signal_card
 from tactogram_studio.tasks.log import checkpoint_position, loss_curves, read_metrics, thinned
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
-from tactogram_studio.workspace.runs import RunSummary, run_summary
+from tactogram_studio.workspace.runs import run_summary
 
 SHOWN_SAMPLES = 6
 
@@ -33,23 +31,7 @@ def add(studio: Studio) -> None:
     async def show(run: str = "") -> None:
         with kit.page("Train"):
             ui.link("All runs", "/train").classes("small")
-            try:
-                view = _RunView(studio, run)
-            except ParameterError as error:
-                kit.alert(str(error))
-                return
-            await view.draw()
-
-
-def state_of(summary: RunSummary | None, status: TaskStatus | None) -> str:
-    """Return the state of a run: of its active task, else according to its folder."""
-    if status is not None and status.active:
-        return status.state
-    if summary is not None and summary.finished:
-        return "finished"
-    if summary is not None and summary.training:
-        return "running"
-    return status.state if status is not None else "unfinished"
+            await _RunView(studio, run).draw()
 
 
 class _RunView:
@@ -82,7 +64,7 @@ class _RunView:
         self.head()
         with kit.card("Losses"):
             self.no_curve = ui.label("No losses yet.").classes("quiet")
-            self.chart = ui.echart(loss_options({})).classes("w-full").style("height: 20rem")
+            self.chart = ui.echart(kit.line_chart({}, x="step")).classes("w-full").style("height: 20rem")
             self.chart.props('role="img" aria-label="Losses over steps"')
             self.log_scale = ui.switch("logarithmic", on_change=lambda: self._draw_curves(redraw=True))
             self.log_scale.props("dense")
@@ -163,10 +145,8 @@ class _RunView:
             kit.alert(f"{self.name} has been deleted.")
             return
         with kit.card(live=True):
-            with ui.row().classes("items-center gap-3 w-full"):
-                kit.heading(self.name).style("overflow-wrap: anywhere")
+            with kit.title_row(self.name, self.summary.simulated, "simulated data"):
                 badge(self.state)
-                kit.mark_simulated(self.summary.simulated, "simulated data")
             if data := self.summary.data:
                 split, names = data.get("split", {}), {"train": "training", "test": "testing"}
                 listed = [part for part in ("train", "validation", "test") if part in split]
@@ -191,10 +171,12 @@ class _RunView:
 
     def _draw_buttons(self) -> None:
         if self.active:
-            stop = ui.button("Stop", on_click=self._stop).props("outline")
+            stop = ui.button("Stop", on_click=partial(self._stop, at_once=False)).props("outline")
             stop.set_enabled(self.state != "stopping")
             if self.state == "stopping":
-                ui.button("Stop now", on_click=self._kill).props("outline color=negative")
+                ui.button("Stop now", on_click=partial(self._stop, at_once=True)).props(
+                    "outline color=negative"
+                )
             return
         if self.trained_elsewhere:
             return
@@ -224,7 +206,7 @@ class _RunView:
             ui.timer(0.05, partial(self._load_sample_choices, choice), once=True)
 
     async def _load_sample_choices(self, choice: ui.select) -> None:
-        self.sample_choices = await kit.in_background(_sample_choices, self.folder)
+        self.sample_choices = await kit.call_workflow("sample_choices", self.folder)
         if not choice.is_deleted:
             choice.set_options(self.sample_choices, value=next(iter(self.sample_choices), None))
 
@@ -275,17 +257,15 @@ class _RunView:
                 "This model is computed from the recordings, without losses that fall step by step."
             )
         self.chart.options.clear()
-        self.chart.options.update(loss_options(curves, log_scale=bool(self.log_scale.value)))
+        options = kit.line_chart(curves, x="step", log_scale=bool(self.log_scale.value))
+        self.chart.options.update(options)
         self.chart.update()
 
-    def _stop(self) -> None:
+    def _stop(self, *, at_once: bool) -> None:
         if self.task is not None:
-            self.trainings.stop(self.task.id)
-            ui.notify("Training stops after the current step; nothing is lost.")
-
-    def _kill(self) -> None:
-        if self.task is not None:
-            self.trainings.stop(self.task.id, at_once=True)
+            self.trainings.stop(self.task.id, at_once=at_once)
+            if not at_once:
+                ui.notify("Training stops after the current step; nothing is lost.")
 
     async def _resume(self) -> None:
         await kit.in_background(self.trainings.resume_run, self.folder)
@@ -295,7 +275,7 @@ class _RunView:
 
     async def _generate_sample(self, button: ui.button) -> None:
         with kit.busy("Generating a sample", button=button):
-            await kit.in_background(_write_sample, self.folder, self.sample_of)
+            await kit.call_workflow("sample", self.folder, of=self.sample_of)
         self.samples.refresh()
 
     async def _ask_delete(self) -> None:
@@ -312,15 +292,3 @@ class _RunView:
             return
         for task in self.trainings.of(self.name):  # a training that never started has no folder
             self.trainings.forget(task.id)
-
-
-def _sample_choices(run: Path) -> list[str]:
-    from tactogram.workflows import sample_choices  # brings torch
-
-    return sample_choices(run)
-
-
-def _write_sample(run: Path, of: str | None) -> None:
-    from tactogram.workflows import sample  # brings torch
-
-    sample(run, of=of)

@@ -49,7 +49,7 @@ def test_conditions_and_sources_of_a_grid_and_what_a_model_is_given_have_fields(
     tab.get_by_role("button", name="Add the condition").click()
     tab.get_by_label("Changes to the source for twin").fill('simulated = "stroking9/tile"')
     tab.get_by_role("button", name="Change denim").click()
-    tab.get_by_label("Given the speed, mm/s").fill("120")
+    tab.get_by_label("Given speed, mm/s").fill("120")
     tab.get_by_role("button", name="Done").click()
     tab.get_by_role("textbox", name="denim").and_(tab.locator("[value*='speed_mm_s 120']")).wait_for()
     tab.get_by_role("button", name="Remove the condition twin").click()

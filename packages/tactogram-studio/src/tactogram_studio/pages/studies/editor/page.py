@@ -11,7 +11,7 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from nicegui import app, background_tasks, ui
-from starlette.responses import PlainTextResponse, RedirectResponse, Response
+from starlette.responses import RedirectResponse, Response
 
 from tactogram.errors import DataError, TactogramError
 from tactogram.validation import Fault
@@ -21,16 +21,13 @@ from tactogram_studio.pages.studies.catalogue import begin_dialog
 from tactogram_studio.pages.studies.editor import cards
 from tactogram_studio.pages.studies.editor.cards import questions
 from tactogram_studio.pages.studies.editor.stimuli_view import stimuli
-from tactogram_studio.pages.studies.editor.widgets import FaultMarks, part
+from tactogram_studio.pages.studies.editor.widgets import Editor, part
 from tactogram_studio.study_draft.draft import DraftCheck, StudyDraft, check_draft
-from tactogram_studio.study_draft.fields import Place
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.stimuli import limited_lines
 
 MOST_SHOWN = 5
 """Faults that are listed; the others are beside their fields."""
-STATE = "studies_edited"
-"""Key of the drafts in the browser's storage, by file."""
 SCROLLED = 'tabindex="0" role="group" aria-label="Content of the file"'
 """Lets keys scroll long lines."""
 
@@ -130,16 +127,12 @@ def add(studio: Studio) -> None:
         with kit.page("Studies"):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.link("All studies", "/studies")
-            try:
-                path = studio.workspace.inside(study)
-                if not path.is_file():
-                    raise DataError(
-                        f"{study[:200]}: no such study in this workspace; copy one on the page Studies"
-                    )
-                editor = StudyEditor(studio, path)
-            except TactogramError as error:
-                kit.alert(str(error))
-                return
+            path = studio.workspace.inside(study)
+            if not path.is_file():
+                raise DataError(
+                    f"{study[:200]}: no such study in this workspace; copy one on the page Studies"
+                )
+            editor = StudyEditor(studio, path)
             editors[editor.key] = editor
             editor.draw()
 
@@ -147,23 +140,17 @@ def add(studio: Studio) -> None:
     def preview(key: str) -> Response:
         editor = editors.get(key)
         if editor is None:
-            return PlainTextResponse("The editor of this study was closed; open it again.", status_code=404)
-        try:
-            shown = Study.of(editor.draft.values)
-            return RedirectResponse(studio.sessions.preview(shown, editor.draft.path), status_code=303)
-        except TactogramError as error:
-            return PlainTextResponse(str(error), status_code=409)
+            raise DataError("The editor of this study was closed; open it again.")
+        shown = Study.of(editor.draft.values)
+        return RedirectResponse(studio.sessions.preview(shown, editor.draft.path), status_code=303)
 
 
-class StudyEditor:
-    """One tab with the draft of a study's file, which survives a reload."""
+class StudyEditor(Editor):
+    """One tab."""
 
     def __init__(self, studio: Studio, path: Path) -> None:
-        self.studio, self.name = studio, studio.workspace.name_of(path)
+        super().__init__(studio, path)
         self.key = secrets.token_urlsafe(12)
-        self.drafts: dict[str, Any] = app.storage.user.setdefault(STATE, {})
-        self.draft = StudyDraft.open(path, self.drafts.get(self.name))
-        self.faults = FaultMarks()
         self.version = 0
         self.checking = asyncio.Lock()
 
@@ -175,7 +162,7 @@ class StudyEditor:
             with kit.column():
                 self.form = kit.column()
                 self.redraw()
-        self._check()
+        self.check()
 
     def redraw(self) -> None:
         """Draw the whole form anew."""
@@ -197,29 +184,20 @@ class StudyEditor:
                 with kit.card(), ui.expansion(title).classes("w-full"):
                     part(draw)
 
-    def put(self, place: Place, value: Any) -> None:
-        """Change the draft at a place, where None removes, and check it."""
-        self.draft.set(place, value)
-        self.changed()
-
-    def changed(self) -> None:
-        """Keep the draft and check it."""
-        self.drafts[self.name] = self.draft.to_store()
-        self._check()
-
     def saved(self) -> None:
         """Forget the kept draft: it is the file now."""
         self.drafts.pop(self.name, None)
-        self._check()
+        self.check()
 
     def revert(self) -> None:
         """Replace the draft by the file."""
         self.drafts.pop(self.name, None)
         self.draft = StudyDraft.open(self.draft.path)
         self.redraw()
-        self._check()
+        self.check()
 
-    def _check(self) -> None:
+    def check(self) -> None:
+        """Check the draft, and show the result."""
         self.version += 1
         background_tasks.create(self._show_check(self.version))
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import partial
-from typing import Any, get_args
+from typing import Any
 
 from nicegui import ui
 
+from tactogram.model import condition_types
 from tactogram.models import available, shipped_run
 from tactogram_studio import kit
 from tactogram_studio.pages.studies.editor.widgets import (
@@ -22,7 +23,7 @@ from tactogram_studio.pages.studies.editor.widgets import (
     row_of_list,
     without,
 )
-from tactogram_studio.study_draft.fields import Place, fields_of, numbers_of
+from tactogram_studio.study_draft.fields import Place, StudyField, fields_of
 from tactogram_studio.study_draft.stimuli import (
     SOURCES,
     grid_conditions,
@@ -39,7 +40,7 @@ from tactogram_studio.study_draft.stimuli import (
 )
 from tactogram_studio.workspace.shelf import SignalSources
 from tactogram_studio.workspace.uploads import SUFFIXES
-from tactogram_study.stimuli import Given, Stimulus, StimulusGrid
+from tactogram_study.stimuli import Stimulus, StimulusGrid
 
 PICTURES = {"": "No picture", "image": "A file of the workspace", "simulated_image": "A simulated picture"}
 FURTHER = ("seconds", "level", "seed", "display", "axes", "speed_mm_s", "autoregressive", "reconstructed")
@@ -184,12 +185,22 @@ class StimulusForm:
             elif kind == "run":
                 self._value_choice("Model", "run", self._runs())
                 self._fields("material")
-                given = [
-                    key for key in get_args(Given) if "vibration" in self.stimulus or "vibration" not in key
-                ]
-                draw_fields(self.editor, numbers_of(Stimulus, "given", given, self.place))
+                self._draw_given()
             else:
                 self._value_choice("Surface", "simulated", {name: name for name in simulated_surfaces()})
+
+    def _draw_given(self) -> None:
+        """Draw the conditions of a model that are numbers; those of a recording where the stimulus has one."""
+        fields = [
+            StudyField(
+                (*self.place, "given", name), f"Given {one.label[:1].lower()}{one.label[1:]}", "", "number"
+            )
+            for name, one in condition_types().items()
+            if one.unit
+            and one.options
+            and ("vibration" in self.stimulus or not name.startswith("vibration_"))
+        ]
+        draw_fields(self.editor, fields)
 
     def _runs(self) -> dict[str, str]:
         shipped = {name: f"{name}, ready to use" for name in available() if shipped_run(name) is not None}

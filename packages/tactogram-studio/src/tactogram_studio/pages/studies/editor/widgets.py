@@ -6,10 +6,11 @@ import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any
 
 import tomli_w
-from nicegui import ui
+from nicegui import app, ui
 from nicegui.elements.mixins.validation_element import ValidationElement
 
 from tactogram.validation import Fault
@@ -24,23 +25,8 @@ TYPED = "dense debounce=300"
 LONG = ("consent", "instructions", "reference")
 """Texts of several lines."""
 Redraw = Callable[[], None]
-
-
-class Editor(Protocol):
-    """Page that fields and cards are drawn on."""
-
-    studio: Studio
-    draft: StudyDraft
-    faults: FaultMarks
-
-    def put(self, place: Place, value: Any) -> None:
-        """Change the draft at a place, where None removes, and check it."""
-
-    def changed(self) -> None:
-        """Keep the draft and check it."""
-
-    def redraw(self) -> None:
-        """Draw the whole form anew."""
+STATE = "studies_edited"
+"""Key of the drafts in the browser's storage, by file."""
 
 
 class FaultMarks:
@@ -65,6 +51,34 @@ class FaultMarks:
         for place, widget in self._widgets.items():
             if widget.error != (sentence := sentences.get(place)):
                 widget.error = sentence
+
+
+class Editor:
+    """Draft of a study's file, which survives a reload, with the widgets that show its faults."""
+
+    def __init__(self, studio: Studio, path: Path) -> None:
+        self.studio, self.name = studio, studio.workspace.name_of(path)
+        self.drafts: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.draft = StudyDraft.open(path, self.drafts.get(self.name))
+        self.faults = FaultMarks()
+
+    def put(self, place: Place, value: Any) -> None:
+        """Change the draft at a place, where None removes, and check it."""
+        self.draft.set(place, value)
+        self.changed()
+
+    def changed(self) -> None:
+        """Keep the draft and check it."""
+        self.drafts[self.name] = self.draft.to_store()
+        self.check()
+
+    def check(self) -> None:
+        """Check the draft, and show the result."""
+        raise NotImplementedError
+
+    def redraw(self) -> None:
+        """Draw the whole form anew."""
+        raise NotImplementedError
 
 
 def part(draw: Callable[[Redraw], None]) -> None:

@@ -1,4 +1,4 @@
-from tactogram_studio.pages.send.device import log_played, recently_played
+from tactogram_studio.tasks.speaker import log_played, recently_played
 
 
 def test_what_was_played_is_kept_in_order_and_survives_a_cut_line(tmp_path):

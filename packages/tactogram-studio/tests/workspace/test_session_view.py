@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_studio.pages.studies.experiment_view import (
+from tactogram_studio.workspace.session_view import (
     address_of,
     answers_rows,
     device_text,

@@ -10,7 +10,7 @@ from tactogram.datasets.preview import preview_dataset
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_file
 from tactogram.signal.io.content import TableLayout
-from tactogram_studio.pages.materials.layout_card import ColumnChoices, by_key, timing_text
+from tactogram_studio.workspace.imports import ColumnChoices, by_key, timing_text
 
 HEADINGS = ("t", "a", "b", "c", "note")
 

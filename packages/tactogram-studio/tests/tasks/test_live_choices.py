@@ -1,7 +1,7 @@
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram_studio.pages.live.form import (
+from tactogram_studio.tasks.live_choices import (
     confine_address,
     plan_choices,
     session_state,

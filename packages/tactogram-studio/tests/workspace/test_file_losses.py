@@ -2,7 +2,7 @@
 
 import pytest
 
-from tactogram_studio.pages.send.files import loss_text, losses_table
+from tactogram_studio.workspace.file_losses import loss_text, losses_table
 
 LOSS = {"envelope_correlation": 0.98765, "waveform_correlation": 0.5, "snr_db": 12.4, "level_db": -0.0001}
 
