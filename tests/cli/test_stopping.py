@@ -5,7 +5,7 @@ import os
 import signal
 
 from tactogram.cli import main
-from tactogram.rendering.transducer.simulation import SimulatedBench
+from tactogram_playback.transducer.simulation import SimulatedBench
 
 
 def test_sigterm_ends_it_in_order_as_ctrl_c_does(tmp_path, capsys, monkeypatch):

@@ -56,19 +56,11 @@ VERBS = {
     "rendering": {
         "displays": "List the displays, or show one.",
         "render": "Render a signal to the drive of a display, with a report of what changed.",
-        "sweep": "Write the sweep that measures a display's response.",
-        "response": "Identify a display's response from a played sweep and its recording.",
     },
-    "actuating": {
-        "calibrate": "Fit voltage to friction, person by person, for an electrovibration display.",
-        "transducer": "Identify a transducer's resonance and Q from its measured admittance.",
-        "track": "Keep a carrier at a transducer's resonance, by its measured voltage and current.",
-        "play": "Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself.",
-    },
-    "streaming": {"stream": "Play textures that follow a finger, and measure how late they are."},
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""
 EXTRAS = {
+    "playback": ("stream", "play", "sweep", "response", "calibrate", "transducer", "track"),
     "capture": ("capture", "capture-log", "live", "sources", "device"),
     "study": ("study",),
     "studio": ("studio", "study run"),

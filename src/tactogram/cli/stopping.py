@@ -12,19 +12,6 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 @contextmanager
-def interrupt_on_sigterm() -> Iterator[None]:
-    """Let SIGTERM interrupt a verb as Ctrl-C does: an actuator is brought to rest on the way out."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-@contextmanager
 def catch_stop_signals() -> Iterator[Callable[[], bool]]:
     """Yield a function that is true after a stop signal; outside the main thread it never is."""
     if threading.current_thread() is not threading.main_thread():

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering import Display, carrier_of
 from tactogram.signal import Signal
-from tactogram.workflows import Backend, CarrierTracking, Playback, full_scale_of
+from tactogram_playback import Backend, CarrierTracking, Playback, full_scale_of
 from tactogram_study.workflows.streams import FingerStream
 
 PATIENCE_S = 2.0

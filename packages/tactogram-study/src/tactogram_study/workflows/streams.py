@@ -18,25 +18,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import (
+from tactogram.rendering import Display, Level, MotionSample, MotionSettings, display_family, without_constant
+from tactogram.signal import Signal
+from tactogram_playback import (
     LONGEST_BLOCK_S,
+    Backend,
     Clock,
     ContactSettings,
-    Display,
     DisplayOutput,
     Engine,
-    Level,
-    MotionSample,
-    MotionSettings,
     Stream,
     StreamingTexture,
     SurfaceTexture,
+    TextureSettings,
     check_streams,
-    display_family,
-    without_constant,
+    rehearsal,
+    run,
+    surface_of,
 )
-from tactogram.signal import Signal
-from tactogram.workflows import Backend, TextureSettings, rehearsal, run, surface_of
 
 FORCE_N = 0.5
 """Force of a finger that touches the page, N: a screen reports contact only. Our choice."""

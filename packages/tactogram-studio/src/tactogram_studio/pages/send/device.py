@@ -16,7 +16,7 @@ from tactogram.rendering import Display, open_display
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 from tactogram.text_files import parse_json, read_text
-from tactogram.workflows import CAREFUL, NULL, Playback, outputs
+from tactogram_playback import CAREFUL, NULL, Playback, outputs
 from tactogram_studio import kit
 from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.sent import DriveRequest, SendResult, SendService
