@@ -4,13 +4,8 @@ import statsmodels.api as sm
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.drive.electrovibration import Settings, friction
-from tactogram.rendering.drive.friction_calibration import (
-    FrictionMeasurements,
-    calibrated,
-    read_calibrations,
-    read_pairs,
-    write_calibrations,
-)
+from tactogram.rendering.drive.friction_calibration import read_calibrations
+from tactogram_playback.friction_fit import FrictionMeasurements, calibrated, read_pairs, write_calibrations
 
 
 def simulated_pairs(k_e=2e-5, *, seed=0, noise=0.01, repeats=8, person="p1", exponent=2.0, force=0.5):
@@ -136,13 +131,3 @@ def test_a_table_without_people_and_force_is_one_person_at_the_force_said(tmp_pa
     (pairs,) = read_pairs(path, normal_force_n=0.4)
     assert pairs.person == "all"
     assert pairs.normal_force_n.tolist() == [0.4, 0.4]
-
-
-def test_toml_that_is_no_calibration_is_refused(tmp_path):
-    path = tmp_path / "c.toml"
-    path.write_text("[[calibration]]\nperson = 'a'\nvolt = 1\n")
-    with pytest.raises(ParameterError, match="calibration"):
-        read_calibrations(path)
-    path.write_text("x = 1\n")
-    with pytest.raises(DataError, match=r"needs \[\[calibration\]\]"):
-        read_calibrations(path)

@@ -1,11 +1,15 @@
-"""What the verbs of actuators print: calibrations, resonances and tracks."""
+"""What the verbs that play print: streams, calibrations, resonances and tracks."""
 
 import json
+import os
+import signal
 
 import numpy as np
 import pytest
 
 from tactogram.cli import main
+from tactogram.datasets import create_store
+from tactogram.workflows.training.train import train
 from tactogram_playback.transducer.circuit import PRESETS
 from tactogram_playback.transducer.simulation import SimulatedBench
 from tactogram_playback.workflows.actuators import track, transducer
@@ -62,3 +66,45 @@ def test_a_sweep_in_khz_is_refused_and_one_in_hz_printed_to_be_copied(tmp_path, 
         (tmp_path / f"{name}.csv").write_text(text)
     assert "resonance_hz: 28200\n" in command("transducer", tmp_path / "hz.csv").stdout
     assert "are they in kHz?" in command("transducer", tmp_path / "khz.csv").stderr
+
+
+def test_sigterm_ends_it_in_order_as_ctrl_c_does(tmp_path, capsys, monkeypatch):
+    take, log = SimulatedBench.take, tmp_path / "track.csv"
+    before = signal.getsignal(signal.SIGTERM)
+
+    def killed(bench, seconds, *, after_s):
+        if bench.clock_s > 6:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return take(bench, seconds, after_s=after_s)
+
+    monkeypatch.setattr(SimulatedBench, "take", killed)
+    assert main(["track", "--display", "ultrasonic-envelope", "--out", str(log), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["interrupted"]
+    assert 0 < found["steps"] < 100
+    assert log.read_text().count("\n") == 1 + found["measured"]
+    assert signal.getsignal(signal.SIGTERM) is before
+
+
+@pytest.fixture(scope="module")
+def textures(recordings, tmp_path_factory):
+    """An `ar_texture` of four made-up materials at two speeds, three axes."""
+    folder = tmp_path_factory.mktemp("stream")
+    create_store(folder / "store", recordings(count=2), name="t", licence="made in a test", simulated=True)
+    return train("ar_texture", folder / "store", recipe="tiny", split="all", out=folder / "run").folder
+
+
+def test_the_verb_prints_a_table_and_json(textures, capsys, tmp_path):
+    arguments = ["stream", str(textures), "--mix", "cork=1", "--backend", "file", "--seconds", "0.5"]
+    assert main(arguments) == 0
+    assert "underruns: 0" in capsys.readouterr().out
+    displayed = ["--display", "voice-coil", "--level", "gain=0.5", "--set", "limit=2"]
+    displayed += ["--set", "linear.equalise=none"]
+    assert main([*arguments, *displayed, "--json"]) == 0
+    told = capsys.readouterr()
+    assert "equaliser: none, the response of voice-coil is not equalised" in told.err
+    result = json.loads(told.out)
+    assert result["latency"]["block_ms"] == 5.0
+    assert (result["display"]["limit"], result["display"]["equaliser"]["on"]) == (2.0, False)
+    assert main([*arguments, "--motion", str(tmp_path / "none.csv")]) == 1
+    assert "none.csv" in capsys.readouterr().err

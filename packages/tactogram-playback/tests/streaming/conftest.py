@@ -1,17 +1,20 @@
 """Textures and motion to stream in tests; all simulated."""
 
-import math
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tactogram.rendering.motion.finger_state import MotionSample
 from tactogram.rendering.motion.recorded_motion import SimulatedHand
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.texture_map import TextureMap
 from tactogram_playback.streaming.engine import Engine
 from tactogram_playback.streaming.texture_table import TextureTable
 from tactogram_playback.streaming.textures import AutoregressiveTexture
+
+HERE = Path(__file__)
+sys.path += [str(HERE.parent), str(HERE.parents[4] / "tests" / "signal")]  # quiet_engine, seams
 
 RATE = 8000.0
 MOST = 40
@@ -32,31 +35,6 @@ def sloping_map(*, rate=RATE):
     return TextureMap([resonance(2 * v, rms=1 + f, rate=rate) for v, f in conditions], conditions)
 
 
-class Script:
-    """Motion by a function of time, sampled at a rate, without delay."""
-
-    name = "script"
-    simulated = True
-
-    def __init__(self, place, force=lambda t: 0.5, *, rate=500.0, speed=None, end=math.inf):
-        self._place, self._force, self._speed = place, force, speed
-        self._step, self._next, self._end = 1 / rate, 0, end
-
-    def poll(self, now_s):
-        found = []
-        while (t := self._next * self._step) <= now_s:
-            self._next += 1
-            if t < self._end:
-                x = self._place(t) if self._place else math.nan
-                y = 0.0 if self._place else math.nan
-                speed = self._speed(t) if self._speed else math.nan
-                found.append(MotionSample(t, t, x, y, speed, self._force(t) if self._force else math.nan))
-        return found
-
-    def close(self):
-        pass
-
-
 def rendered(engine, seconds):
     """Everything an engine renders, and the speed at the end of each block."""
     blocks, speeds = [], []
@@ -64,11 +42,6 @@ def rendered(engine, seconds):
         blocks.append(engine.render(number * engine.most / engine.rate).copy())
         speeds.append(engine.tracker.block.speed_mm_s[engine.most - 1])
     return np.concatenate(blocks, axis=1), np.array(speeds)
-
-
-@pytest.fixture(name="script")
-def script_fixture():
-    return Script
 
 
 @pytest.fixture(name="rendered")

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.rendering.streaming.test_engine import engine
+from quiet_engine import engine
 
 from tactogram.rendering.motion.finger_state import Tap
 from tactogram_playback.streaming.contact import ActiveTransients, ContactSettings

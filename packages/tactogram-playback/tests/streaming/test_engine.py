@@ -2,30 +2,19 @@
 
 import numpy as np
 import pytest
-from scipy import signal as dsp
-from tests.signal.seams import seam_excess_db
+from quiet_engine import engine, peak_hz
+from seams import seam_excess_db
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.motion.finger_state import MixWeights, MotionSettings
 from tactogram.rendering.motion.recorded_motion import SimulatedHand
 from tactogram.signal import Signal
 from tactogram.signal.texture_map import TextureMap
-from tactogram_playback.streaming.contact import ContactSettings
 from tactogram_playback.streaming.engine import Engine
 from tactogram_playback.streaming.texture_table import TextureTable
 from tactogram_playback.streaming.textures import AutoregressiveTexture
 
 RATE, MOST = 8000.0, 40
-SILENT = ContactSettings(gain=0)
-
-
-def engine(textures, motion, **options):
-    return Engine(textures, motion, rate=RATE, most=MOST, contact=options.pop("contact", SILENT), **options)
-
-
-def peak_hz(samples, rate=RATE):
-    frequency, power = dsp.welch(samples, rate, nperseg=2048)
-    return float(frequency[np.argmax(power)])
 
 
 @pytest.mark.parametrize("speed", [50.0, 100.0, 240.0])

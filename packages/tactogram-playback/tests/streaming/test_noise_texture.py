@@ -5,17 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy import signal as dsp
-from tests.signal.seams import seam_excess_db
+from seams import seam_excess_db
 
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import MotionBlock
+from tactogram.rendering.embedded.noise_header import one_axis
 from tactogram.signal import Signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
 from tactogram_playback.streaming.contact import ContactSettings
 from tactogram_playback.streaming.engine import Engine
-from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable, one_axis
+from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
 
 RATE, MOST, OWN = 8000.0, 40, 2000.0
 PEAK_PER_SPEED = 1.5

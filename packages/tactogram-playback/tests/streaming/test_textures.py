@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from quiet_engine import engine, peak_hz
 from scipy import signal as dsp
-from tests.rendering.streaming.test_engine import engine, peak_hz
-from tests.signal.seams import seam_excess_db
+from seams import seam_excess_db
 
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal

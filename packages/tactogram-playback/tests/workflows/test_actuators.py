@@ -6,11 +6,11 @@ import pytest
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.workflows.rendering import carrier_tracking
 from tactogram.workflows.rendering.render import render
 from tactogram_playback.transducer.circuit import PRESETS, Transducer
 from tactogram_playback.transducer.resonance_tracking import TrackingError
 from tactogram_playback.transducer.simulation import BenchSettings, SimulatedBench
+from tactogram_playback.workflows import carrier_tracking
 from tactogram_playback.workflows.actuators import calibrate, play, track, transducer
 
 

@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-import tactogram
 from tactogram.datasets import Recording, create_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
@@ -151,7 +150,7 @@ def test_friction_is_streamed_to_an_electrovibration_display(textures, tmp_path)
     mu = Signal((0.35 + 0.03 * np.sin(np.pi * x)).astype(np.float32), 40, "1", ("mu",), domain="displacement")
     write_signal(tmp_path / "mu.npz", mu)
     out = tmp_path / "sent.npz"
-    result = tactogram.stream(
+    result = stream(
         tmp_path / "mu.npz",
         backend="file",
         seconds=1.0,

@@ -135,7 +135,7 @@ def stream(
     --------
     >>> ridges = tactogram.Signal([0, 1, 0, -1] * 500, 20, "1", domain="displacement")
     >>> tactogram.write_signal("ridges.npz", ridges)
-    >>> tactogram.stream("ridges.npz", backend="file", seconds=1)["simulated"]
+    >>> tactogram_playback.stream("ridges.npz", backend="file", seconds=1)["simulated"]
     True
     """
     from tactogram.rendering import display_family, open_display, parse_level
