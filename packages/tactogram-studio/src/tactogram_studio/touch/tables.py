@@ -2,7 +2,7 @@
 
 A table holds what `tactogram_playback.streaming` computes in advance, so that the browser makes the same samples:
 models on a grid over speed and force, or a surface in copies of decreasing detail. It includes the texture's strength
-(measured under a simulated hand, as in `workflows.streaming.stream`) and that of a phone's vibration.
+(measured under a simulated hand, as in `tactogram_playback.stream`) and that of a phone's vibration.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 The way of a finger position: the page measures it in mm from the middle of the page and sends it over a websocket
 (`studio.participants.stimulus_routes`), as often as the screen reports it and at least once per frame while the finger
-is down. `PageMotion` keeps it, with its time of arrival, for the engine of `rendering.streaming`, which runs in a
+is down. `PageMotion` keeps it, with its time of arrival, for the engine of `tactogram_playback`, which runs in a
 thread of the server: texture, display output and guard are those of `tactogram stream`, and so are the devices. When
 the finger lands on a slot, the session logs hash, level and display; when it leaves, latency, motion and drive.
 """
