@@ -31,8 +31,8 @@ class ServerDisplay:
     """The one display of a server.
 
     ``device`` is ``audio``, ``audio:NAME``, or ``null`` (no actuator connected, same timing); for streams also
-    ``digilent`` or ``osc:HOST:PORT``. ``full_scale`` as of `tactogram_playback.full_scale_of`. With ``track`` the carrier
-    of a Digilent follows the transducer's resonance (`tactogram_playback.CarrierTracking`).
+    ``digilent`` or ``osc:HOST:PORT``. ``full_scale`` as of `tactogram_playback.full_scale_of`. With ``track`` the
+    carrier of a Digilent follows the transducer's resonance (`tactogram_playback.CarrierTracking`).
     """
 
     device: str = "audio"
