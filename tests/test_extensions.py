@@ -35,7 +35,7 @@ ROOMS = (
     "rendering",
     "workflows/data",
     "workflows/rendering",
-    "workflows/streaming",
+    "tactogram_playback",
     "tactogram_studio/pages/send",
     "cli",
 )
