@@ -135,9 +135,10 @@ def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
     inner = [verb for verb in known if verb[0] == given[0]]
     if inner and (len(given) == 1 or given[1].startswith("-")):
         return None
-    for extra, words_there in EXTRAS.items():
-        if " ".join(given) in words_there or (not inner and given[0] in words_there):
-            return f"`tactogram {' '.join(given)}` comes with an extra: pip install 'tactogram[{extra}]'"
+    for extra, listed in EXTRAS.items():
+        for named in (" ".join(given), *([] if inner else given[:1])):
+            if named in listed:
+                return f"`tactogram {named}` comes with an extra: pip install 'tactogram[{extra}]'"
     wrong = given[-1] if inner else given[0]
     near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
     found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]
