@@ -26,7 +26,9 @@ LIGHT = [
     "tactogram.cli",
     "tactogram.models",
     "tactogram_capture.catalogue",
-    "tactogram_playback",
+    "tactogram_playback.workflows.actuators",
+    "tactogram_playback.workflows.playback",
+    "tactogram_playback.workflows.stream",
     "tactogram_study.study_file",
 ]
 
