@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,statistics,ray,export,hub
-PACKAGES := capture study studio benchmark
+PACKAGES := playback capture study studio benchmark
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE
@@ -58,7 +58,7 @@ wheel: install ## build sdists and wheels, and test the wheels in a clean enviro
 	cd build/wheel && env/bin/tactogram models && env/bin/python -m pytest -q -p no:cacheprovider --import-mode=importlib \
 	    --pyargs tactogram.models
 	$(WHEELS) 'tactogram[studio,benchmark]'
-	cd build/wheel && env/bin/tactogram study list && env/bin/tactogram sources && env/bin/tactogram benchmark list && env/bin/tactogram studio --help >/dev/null
+	cd build/wheel && env/bin/tactogram study list && env/bin/tactogram sources && env/bin/tactogram stream --help >/dev/null && env/bin/tactogram benchmark list && env/bin/tactogram studio --help >/dev/null
 WHEELS = UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
     -c constraints.txt --find-links build/wheel --no-sources --refresh-package tactogram $(PACKAGES:%=--refresh-package tactogram-%)
 

@@ -1,5 +1,6 @@
 """What every test may use."""
 
+import math
 import os
 import time
 from pathlib import Path
@@ -202,3 +203,35 @@ def write_pairs():
         return path
 
     return write
+
+
+class Script:
+    """Motion by a function of time, sampled at a rate, without delay."""
+
+    name = "script"
+    simulated = True
+
+    def __init__(self, place, force=lambda t: 0.5, *, rate=500.0, speed=None, end=math.inf):
+        self._place, self._force, self._speed = place, force, speed
+        self._step, self._next, self._end = 1 / rate, 0, end
+
+    def poll(self, now_s):
+        from tactogram.rendering import MotionSample
+
+        found = []
+        while (t := self._next * self._step) <= now_s:
+            self._next += 1
+            if t < self._end:
+                x = self._place(t) if self._place else math.nan
+                y = 0.0 if self._place else math.nan
+                speed = self._speed(t) if self._speed else math.nan
+                found.append(MotionSample(t, t, x, y, speed, self._force(t) if self._force else math.nan))
+        return found
+
+    def close(self):
+        pass
+
+
+@pytest.fixture(name="script", scope="session")
+def script_fixture():
+    return Script

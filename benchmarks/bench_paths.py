@@ -123,7 +123,7 @@ def _words_to_wav() -> Callable[[], Any]:
 
 
 def _mix_to_stream() -> Callable[[], Any]:
-    from tactogram import stream
+    from tactogram_playback import stream
 
     return lambda: stream("textures", mix={"cork": 0.5, "tile": 0.5}, seconds=0.2, out="felt-2.wav")
 

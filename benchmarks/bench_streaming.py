@@ -17,15 +17,15 @@ import numpy as np
 
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.backends import Clock, run_miniaudio, run_unpaced
-from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.output import DisplayOutput, Stream
-from tactogram.rendering.streaming.recorded_motion import SimulatedHand
+from tactogram.rendering.motion.recorded_motion import SimulatedHand
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
-from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
+from tactogram_playback.streaming.backends import Clock, run_miniaudio, run_unpaced
+from tactogram_playback.streaming.engine import Engine
+from tactogram_playback.streaming.output import DisplayOutput, Stream
+from tactogram_playback.workflows.textures import TextureSettings, texture_of_map
 
 RATE, MOST = 8000.0, 40
 ORDER = 60

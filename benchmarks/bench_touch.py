@@ -4,7 +4,7 @@ Headless Chromium, no sound card. "share": of real time that the page's own work
 48 kHz offline, in its blocks of 128 samples, under a simulated stroke; the median of five. Below 1 is needed, a tenth
 leaves room for the rest of a page. Textures are made up: autoregressive of order 60 on tables of 17 speeds by 9 forces,
 and modulated noise on 33 by 3, at 8 and at 1 kHz, and surfaces of 300 mm at 10 samples per mm. "python": the share that
-`tactogram.rendering.streaming` takes for the same (8 kHz blocks of 40 samples where the browser makes 48 kHz), in the
+`tactogram_playback.streaming` takes for the same (8 kHz blocks of 40 samples where the browser makes 48 kHz), in the
 same run.
 
 "latency": from the time stamps of mouse events, made by the test driver at about 60 Hz, to the output of the first
@@ -28,13 +28,13 @@ import numpy as np
 from playwright.sync_api import sync_playwright
 
 from benchmarks.bench_streaming import made_up, made_up_noise
-from tactogram.rendering.streaming.backends import run_unpaced
-from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.output import Stream
-from tactogram.rendering.streaming.recorded_motion import SimulatedHand
-from tactogram.rendering.streaming.textures import SurfaceTexture
+from tactogram.rendering.motion.recorded_motion import SimulatedHand
 from tactogram.signal import Signal
-from tactogram.workflows.streaming.textures import TextureSettings, texture_of_map
+from tactogram_playback.streaming.backends import run_unpaced
+from tactogram_playback.streaming.engine import Engine
+from tactogram_playback.streaming.output import Stream
+from tactogram_playback.streaming.textures import SurfaceTexture
+from tactogram_playback.workflows.textures import TextureSettings, texture_of_map
 from tactogram_studio.touch.tables import table_of_map, table_of_signal
 
 RATE, SECONDS, REPETITIONS = 48_000.0, 10.0, 5

@@ -11,10 +11,10 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from tactogram.rendering.drive.electrovibration import Settings, friction
-from tactogram.rendering.drive.friction_calibration import FrictionMeasurements, calibrated
 from tactogram.rendering.families.electrovibration import ElectrovibrationStream
 from tactogram.rendering.level import Level
 from tactogram.signal import Signal
+from tactogram_playback import FrictionMeasurements, calibrated
 
 # %%
 # Calibration: a simulated person, friction measured six times at each of five voltages.

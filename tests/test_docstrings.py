@@ -9,9 +9,13 @@ from pathlib import Path
 import pytest
 
 import tactogram
+import tactogram_playback
 
 ROOT = Path(__file__).parents[1]
-PUBLIC = {getattr(tactogram, name).__module__ for name in tactogram.__all__}
+FUNCTIONS = {name: getattr(tactogram, name) for name in tactogram.__all__} | {
+    "stream": tactogram_playback.stream
+}
+PUBLIC = {function.__module__ for function in FUNCTIONS.values()}
 MODULES = (
     "tactogram.model.conditions",
     "tactogram.model.examples",
@@ -40,6 +44,7 @@ MODULES = (
     "tactogram.features.photo_pairs",
     "tactogram.evaluation.pictures.distances",
     "tactogram.signal.autoregressive",
+    "tactogram_playback.drive_guard",
 )
 """Others that promise it, too: what importers, displays and models are written with."""
 ARRAY = re.compile(r"NDArray|ArrayLike|Tensor")
@@ -49,7 +54,9 @@ ELSEWHERE = re.compile(r"\b(as|see) (of )?`|\berrors as\b", re.IGNORECASE)
 
 
 def source(module):
-    path = ROOT / "src" / module.replace(".", "/")
+    package = module.partition(".")[0]
+    folder = ROOT if package == "tactogram" else ROOT / "packages" / package.replace("_", "-")
+    path = folder / "src" / module.replace(".", "/")
     return (path / "__init__.py" if path.is_dir() else path.with_suffix(".py")).read_text(encoding="utf-8")
 
 
@@ -94,12 +101,13 @@ def test_shapes_and_errors_are_said(module):
     assert not found
 
 
-@pytest.mark.parametrize("name", tactogram.__all__)
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_examples_give_what_they_say(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    public = inspect.unwrap(getattr(tactogram, name))
+    public = inspect.unwrap(FUNCTIONS[name])
     runner = doctest.DocTestRunner()
-    examples = doctest.DocTestFinder(recurse=False).find(public, name, globs={"tactogram": tactogram})
+    names = {"tactogram": tactogram, "tactogram_playback": tactogram_playback}
+    examples = doctest.DocTestFinder(recurse=False).find(public, name, globs=names)
     assert any(each.examples for each in examples), "give an example"
     assert all(runner.run(example).failed == 0 for example in examples)
 

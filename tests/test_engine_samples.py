@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tactogram.rendering.streaming.motion import MixWeights, MotionSample, Tap
-from tactogram.rendering.streaming.network import parse
+from tactogram.rendering.motion.finger_state import MixWeights, MotionSample, Tap
+from tactogram_playback.streaming.network import parse
 
 ROOT = Path(__file__).parents[1]
 ENGINES = ROOT / "examples" / "engines"

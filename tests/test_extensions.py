@@ -21,10 +21,10 @@ from tactogram.plugins import PluginGroup
 from tactogram.rendering.displays.catalogue import FAMILIES, open_display
 from tactogram.rendering.files.catalogue import FORMATS, haptic_formats
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.output import DisplayOutput
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
 from tactogram_capture.catalogue import SOURCES
+from tactogram_playback.streaming.output import DisplayOutput
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.sent import DriveRequest, FileRequest, SendService
 from tactogram_studio.workspace.shelf import ResultArchive
@@ -35,7 +35,7 @@ ROOMS = (
     "rendering",
     "workflows/data",
     "workflows/rendering",
-    "workflows/streaming",
+    "tactogram_playback",
     "tactogram_studio/pages/send",
     "cli",
 )

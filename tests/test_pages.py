@@ -71,6 +71,8 @@ def test_a_verbs_page_has_its_options_and_a_groups_page_its_verbs():
     assert "{option} --full-scale FULL_SCALE\nValue of 1 in a haptic target" in convert
     assert "{option} --check\n" in convert
     assert "{doc}`/engines`" in convert
+    assert "pip install 'tactogram[playback]'" in page("stream")
+    assert "pip install" not in convert
     data = page("data")
     assert re.findall(r"^## (.*)$", data, re.MULTILINE) == [
         words for words in verb_places() if words.startswith("data ")

@@ -10,13 +10,14 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.recipe import Recipe
 from tactogram.rendering.displays.catalogue import open_display, shipped
 from tactogram.rendering.displays.response import read_response
-from tactogram.rendering.drive.friction_calibration import read_calibrations, read_pairs
-from tactogram.rendering.streaming.recorded_motion import MotionFile
-from tactogram.rendering.transducer.circuit import read_sweep
+from tactogram.rendering.drive.friction_calibration import read_calibrations
+from tactogram.rendering.motion.recorded_motion import MotionFile
 from tactogram.signal.io import read_signal
 from tactogram.text_files import csv_rows, parse_json, parse_toml, read_table, read_text
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram_capture.session.plan import SessionPlan
+from tactogram_playback.friction_fit import read_pairs
+from tactogram_playback.transducer.circuit import read_sweep
 from tactogram_study.answers import read_answers
 from tactogram_study.study_file import Study
 

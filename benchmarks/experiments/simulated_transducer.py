@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy import signal as dsp
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.rendering.transducer.circuit import Transducer
-from tactogram.rendering.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
-from tactogram.rendering.transducer.simulation import TransducerSimulation
 from tactogram.signal.filters import butterworth
 from tactogram.signal.signal import Signal
+from tactogram_playback.transducer.circuit import Transducer
+from tactogram_playback.transducer.resonance_tracking import ResonanceTracker, TrackingSettings
+from tactogram_playback.transducer.simulation import TransducerSimulation
 
 
 @dataclass(frozen=True)

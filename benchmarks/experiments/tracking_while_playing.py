@@ -17,10 +17,10 @@ from scipy import signal as dsp
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.families.ultrasonic import Settings
-from tactogram.rendering.transducer.circuit import PRESETS
-from tactogram.rendering.transducer.simulation import BenchSettings, SimulatedGenerator
 from tactogram.workflows.progress import ProgressCallback
-from tactogram.workflows.rendering.carrier_tracking import CarrierTracking
+from tactogram_playback.transducer.circuit import PRESETS
+from tactogram_playback.transducer.simulation import BenchSettings, SimulatedGenerator
+from tactogram_playback.workflows.carrier_tracking import CarrierTracking
 
 DISPLAY = "ultrasonic-envelope"
 TRANSDUCERS = ("plate", "finger")

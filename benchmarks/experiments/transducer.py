@@ -32,11 +32,11 @@ from benchmarks.experiments.transducer_figures import (
 )
 from tactogram.evaluation.report import save_figure
 from tactogram.rendering.families.ultrasonic import Settings, modulated
-from tactogram.rendering.transducer.circuit import PRESETS, Transducer
-from tactogram.rendering.transducer.resonance_tracking import TrackingSettings
 from tactogram.signal import Signal
 from tactogram.signal.crest_factor import low_crest_phases, periodic_signal
 from tactogram.workflows.progress import ProgressCallback
+from tactogram_playback.transducer.circuit import PRESETS, Transducer
+from tactogram_playback.transducer.resonance_tracking import TrackingSettings
 
 QS = (30, 100, 300)
 RATE, WAVEFORM_RATE = 96_000, 1_000_000
@@ -76,7 +76,7 @@ def run(folder: Path, *, paper: bool, progress: ProgressCallback, seeds: int = 2
     result: dict[str, Any] = {
         "section": "III-C",
         "simulated": True,
-        "data": "simulated transducers, tactogram.rendering.transducer.circuit.PRESETS and Q as said",
+        "data": "simulated transducers, tactogram_playback.transducer.circuit.PRESETS and Q as said",
         "modulating": f"lines from {LINES[0]} to {LINES[1]} Hz every {LINES[2]} Hz, equally strong, crest factor low",
         "arriving": arriving,
         "waveform_check": _waveform_check(signal),

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from benchmarks.experiments.simulated_transducer import SimulatedTouch, TrackingResult
-from tactogram.rendering.transducer.circuit import Transducer
+from tactogram_playback.transducer.circuit import Transducer
 
 INK, GRAY, BLUE, ORANGE = "#1b1f24", "#9aa0a6", "#2166ac", "#d6604d"
 METHOD_COLOURS = {

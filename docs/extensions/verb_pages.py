@@ -18,8 +18,16 @@ GUIDES = {
     "recognising": ("measures",),
     "files": ("haptic-files", "haptic-formats", "engines", "table-files"),
     "rendering": ("displays",),
-    "actuating": ("ultrasonic-display", "carrier-tracking", "electrovibration", "devices"),
-    "streaming": ("streaming", "stream-displays", "stream-messages"),
+    "playing": (
+        "streaming",
+        "stream-displays",
+        "stream-messages",
+        "displays",
+        "ultrasonic-display",
+        "carrier-tracking",
+        "electrovibration",
+        "devices",
+    ),
     "capturing": ("capture", "capture-sessions"),
     "studying": (
         "studies",
@@ -37,13 +45,16 @@ GUIDES = {
 
 def described(words: str) -> list[str]:
     """Return the Markdown lines of a verb: description, usage, and every argument and option."""
-    verb = import_module(verb_places()[words].module).VERBS[words]
+    module = verb_places()[words].module
+    verb = import_module(module).VERBS[words]
+    extra = module.partition(".")[0].removeprefix("tactogram").removeprefix("_")
     flags = flags_of(verb)
     known = parameters(verb.load())
     by_place = [one.name for one in known if flags[one.name] == one.name]
     usage = " ".join(["tactogram", words, *map(str.upper, by_place), "[options]"])
     lines = [
         f"{summary(verb.load())}\n",
+        *([f"Comes with the extra `{extra}`: `pip install 'tactogram[{extra}]'`.\n"] if extra else []),
         f"```text\n{usage}\n```\n",
         f"```{{program}} tactogram {words}\n```\n",
     ]

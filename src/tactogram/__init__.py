@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from tactogram.workflows.pipeline import pipeline as pipeline
     from tactogram.workflows.recognition.classify import classify as classify
     from tactogram.workflows.recognition.search import search as search
-    from tactogram.workflows.streaming.stream import stream as stream
     from tactogram.workflows.training.loaded_run import load_run as load_run
     from tactogram.workflows.training.train import train as train
 
@@ -46,7 +45,6 @@ _PLACES = {
     "convert": "tactogram.workflows.data.convert",
     "open_display": "tactogram.rendering.displays.catalogue",
     "fit": "tactogram.rendering.drive.fit",
-    "stream": "tactogram.workflows.streaming.stream",
 }
 
 __all__ = list(_PLACES)

@@ -117,6 +117,13 @@ def lsl(what: str = "Lab Streaming Layer") -> ModuleType:
     return module
 
 
+def digilents() -> dict[str, str]:
+    """Return the connected Digilent devices by address, for sources and generators; errors as `imported`."""
+    dwfpy = imported("dwfpy", extra="dwf", what="Digilent devices")
+    with device_errors("digilent", library="dwfpy"):
+        return {f"digilent:{d.serial_number}": "Digilent device" for d in dwfpy.Device.enumerate()}
+
+
 def _missing_driver(error: BaseException) -> bool:
     """Return whether a driver's library is missing, which each library reports in its own way."""
     name = type(error).__name__

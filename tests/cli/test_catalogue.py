@@ -8,8 +8,8 @@ from importlib import import_module
 
 import pytest
 
-from tactogram.cli import main
-from tactogram.cli.catalogue import overview, verb_places
+from tactogram.cli import catalogue, main
+from tactogram.cli.catalogue import EXTRAS, overview, verb_places
 from tactogram.cli.verbs import flags_of
 from tactogram.parameters import parameters, summary
 
@@ -55,6 +55,25 @@ def test_the_overview_has_every_verb_and_that_of_a_group_its_own(capsys):
     ]
     assert main([]) == 2
     assert main(["data"]) == 2
+
+
+def test_the_extras_name_every_verb_of_their_distributions():
+    known = {(extra, words) for extra, listed in EXTRAS.items() for words in listed}
+    for words, place in verb_places().items():
+        extra = place.module.partition(".")[0].removeprefix("tactogram").removeprefix("_")
+        if extra:
+            assert known & {(extra, words), (extra, words.split()[0])}, words
+    assert {words for _, words in known} <= {
+        part for words in verb_places() for part in (words, words.split()[0])
+    }
+
+
+def test_a_verb_that_is_not_installed_names_its_extra_in_its_help_too(monkeypatch, capsys):
+    monkeypatch.setattr(catalogue, "_packages", tuple)
+    assert main(["stream", "--help"]) == 2
+    assert capsys.readouterr().err == (
+        "tactogram: `tactogram stream` comes with an extra: pip install 'tactogram[playback]'\n"
+    )
 
 
 def imported(code: str, *names: str) -> set[str]:

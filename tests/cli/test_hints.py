@@ -43,10 +43,13 @@ def test_every_verb_is_one():
         ("study run abx", "studio"),
         ("study list", "study"),
         ("live", "capture"),
+        ("stream runs/a", "playback"),
+        ("track --help", "playback"),
     ],
 )
 def test_a_verb_of_a_distribution_that_is_missing_names_its_extra(words, extra):
-    installed = [verb for verb in verb_places() if verb.split()[0] not in ("studio", "study", "live")]
+    missing = ("studio", "study", "live", "stream", "track")
+    installed = [verb for verb in verb_places() if verb.split()[0] not in missing]
     installed += ["study list"] if extra == "studio" else []
     assert f"pip install 'tactogram[{extra}]'" in nearest_verb(words.split(), installed)
 

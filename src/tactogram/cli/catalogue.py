@@ -56,19 +56,11 @@ VERBS = {
     "rendering": {
         "displays": "List the displays, or show one.",
         "render": "Render a signal to the drive of a display, with a report of what changed.",
-        "sweep": "Write the sweep that measures a display's response.",
-        "response": "Identify a display's response from a played sweep and its recording.",
     },
-    "actuating": {
-        "calibrate": "Fit voltage to friction, person by person, for an electrovibration display.",
-        "transducer": "Identify a transducer's resonance and Q from its measured admittance.",
-        "track": "Keep a carrier at a transducer's resonance, by its measured voltage and current.",
-        "play": "Play a rendered drive on a sound card, or an envelope on a generator that makes the carrier itself.",
-    },
-    "streaming": {"stream": "Play textures that follow a finger, and measure how late they are."},
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""
 EXTRAS = {
+    "playback": ("stream", "play", "sweep", "response", "calibrate", "transducer", "track"),
     "capture": ("capture", "capture-log", "live", "sources", "device"),
     "study": ("study",),
     "studio": ("studio", "study run"),
@@ -143,9 +135,10 @@ def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
     inner = [verb for verb in known if verb[0] == given[0]]
     if inner and (len(given) == 1 or given[1].startswith("-")):
         return None
-    for extra, words_there in EXTRAS.items():
-        if " ".join(given) in words_there or (not inner and given[0] in words_there):
-            return f"`tactogram {' '.join(given)}` comes with an extra: pip install 'tactogram[{extra}]'"
+    for extra, listed in EXTRAS.items():
+        for named in (" ".join(given), *([] if inner else given[:1])):
+            if named in listed:
+                return f"`tactogram {named}` comes with an extra: pip install 'tactogram[{extra}]'"
     wrong = given[-1] if inner else given[0]
     near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
     found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+import signal
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Optional
 
-from tactogram.cli.stopping import catch_stop_signals
 from tactogram.cli.verbs import UsageError, spelt
 from tactogram.errors import ParameterError
 from tactogram.parameters import Count, Parameter, checked, parameters, with_further
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     from tactogram.workflows.training.loaded_run import LoadedRun
 
 Purpose = Literal["generate", "photograph", "words"]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 def _training_parameters() -> Iterator[Parameter]:
@@ -75,7 +78,7 @@ def train_or_resume(
     if resume:
         anew = {name: settings.pop(name) for name in settings.keys() - _OF_RESUMED}
         _refuse_settings(resume, {"model": model, "purpose": purpose, **anew})
-        with catch_stop_signals() as stop:
+        with _catch_stop_signals() as stop:
             run = execution.resume(resume, data=data, **settings, progress=progress, stop=stop)
     elif not data or bool(model) == bool(purpose):
         raise UsageError("needs --data DIR and MODEL or --for, or --resume RUN to continue a run")
@@ -88,7 +91,7 @@ def train_or_resume(
             if resume is not None:
                 raise UsageError("--sweep goes on by itself with the same --out: omit --resume")
             return _swept(str(model), data, sweep, on=on, progress=progress, **settings)
-        with catch_stop_signals() as stop:
+        with _catch_stop_signals() as stop:
             run = train(str(model), data, **settings, resume=resume is not None, progress=progress, stop=stop)
     if not is_first_process():
         return None
@@ -114,6 +117,32 @@ def _refuse_settings(resume: str, settings: Mapping[str, Any]) -> None:
             f"--resume {resume} continues the run with its own settings: omit {', '.join(changed)}, or start "
             "another run with --out"
         )
+
+
+@contextmanager
+def _catch_stop_signals() -> Iterator[Callable[[], bool]]:
+    """Yield a function that is true after Ctrl-C or SIGTERM (a second ends at once); outside the main thread never."""
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    stopped = False
+    before = {number: signal.getsignal(number) for number in SIGNALS}
+
+    def restore() -> None:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+    def ask(number: int, frame: Any) -> None:
+        nonlocal stopped
+        stopped = True
+        restore()
+
+    for number in SIGNALS:
+        signal.signal(number, ask)
+    try:
+        yield lambda: stopped
+    finally:
+        restore()
 
 
 def _swept(

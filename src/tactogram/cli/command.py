@@ -69,7 +69,7 @@ def _without_verb(words: Sequence[str]) -> int:
         return 0
     group = words[0] if words and words[0] in group_helps() else ""
     asked = {"-h", "--help"} & set(words)
-    if not asked and (unknown := nearest_verb(words, verb_places())):
+    if unknown := nearest_verb(words, verb_places()):
         sys.stderr.write(f"tactogram: {unknown}\n")
         return 2
     (sys.stdout if asked else sys.stderr).write(overview(group))

@@ -1,4 +1,4 @@
-"""Verbs that render signals for displays and measure displays."""
+"""Verbs that render signals for displays."""
 
 from __future__ import annotations
 
@@ -32,6 +32,4 @@ def _shown(value: Any) -> str:
 VERBS = {
     "displays": Verb(f"{RENDER}:describe_displays", _displays_text),
     "render": Verb(f"{RENDER}:render", _render_text),
-    "sweep": Verb(f"{RENDER}:write_sweep", lines_of),
-    "response": Verb(f"{RENDER}:write_identified", lines_of),
 }

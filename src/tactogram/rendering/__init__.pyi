@@ -1,10 +1,15 @@
 from .displays.catalogue import (
+    MotionBlock as MotionBlock,
+    StreamDrive as StreamDrive,
     display_family as display_family,
     open_display as open_display,
     shipped as shipped,
 )
 from .displays.display import (
     Display as Display,
+)
+from .displays.response import (
+    write_response as write_response,
 )
 from .drive.axes import (
     combined as combined,
@@ -15,21 +20,33 @@ from .drive.fit import (
     fit as fit,
 )
 from .drive.friction_calibration import (
+    FrictionCalibration as FrictionCalibration,
     read_calibrations as read_calibrations,
 )
 from .drive.level_scaling import (
     without_constant as without_constant,
 )
 from .drive.modulation import (
+    CarrierSettings as CarrierSettings,
     carrier_of as carrier_of,
 )
 from .drive.path_playback import (
     OVERSAMPLED as OVERSAMPLED,
+    band_limited as band_limited,
     copy_count as copy_count,
+    play_loop as play_loop,
+)
+from .drive.safety import (
+    bounds as bounds,
+    fade_window as fade_window,
+    safe as safe,
 )
 from .drive.strength import (
     StrengthSettings as StrengthSettings,
     strength as strength,
+)
+from .embedded.noise_header import (
+    one_axis as one_axis,
 )
 from .files.analysis import (
     HIGHEST_HZ as HIGHEST_HZ,
@@ -69,51 +86,24 @@ from .level import (
     Level as Level,
     parse_level as parse_level,
 )
+from .motion.finger_path import (
+    FINGER_STATES as FINGER_STATES,
+    FingerTracker as FingerTracker,
+)
+from .motion.finger_state import (
+    FingerState as FingerState,
+    MixWeights as MixWeights,
+    MotionSample as MotionSample,
+    MotionSettings as MotionSettings,
+    MotionSource as MotionSource,
+    Tap as Tap,
+)
+from .motion.recorded_motion import (
+    MotionFile as MotionFile,
+    SimulatedHand as SimulatedHand,
+)
 from .photo_relief import (
     SPEED_MM_S as SPEED_MM_S,
     WIDTH_MM as WIDTH_MM,
     photo_to_touch as photo_to_touch,
-)
-from .sound_card import (
-    opened_card as opened_card,
-)
-from .streaming.backends import (
-    Clock as Clock,
-)
-from .streaming.contact import (
-    ContactSettings as ContactSettings,
-)
-from .streaming.engine import (
-    LONGEST_BLOCK_S as LONGEST_BLOCK_S,
-    Engine as Engine,
-)
-from .streaming.motion import (
-    MotionSample as MotionSample,
-    MotionSettings as MotionSettings,
-)
-from .streaming.noise_texture import (
-    NoiseTable as NoiseTable,
-)
-from .streaming.output import (
-    DisplayOutput as DisplayOutput,
-    Stream as Stream,
-    check_streams as check_streams,
-)
-from .streaming.recorded_motion import (
-    MICE as MICE,
-    MotionFile as MotionFile,
-    MouseMotion as MouseMotion,
-    SimulatedHand as SimulatedHand,
-)
-from .streaming.texture_table import (
-    TextureTable as TextureTable,
-)
-from .streaming.textures import (
-    Along as Along,
-    StreamingTexture as StreamingTexture,
-    SurfaceTexture as SurfaceTexture,
-    looped as looped,
-)
-from .transducer.digilent import (
-    find_devices as find_devices,
 )

@@ -1,3 +1,7 @@
+from .autoregressive import (
+    AutoregressiveModel as AutoregressiveModel,
+    symmetric_root as symmetric_root,
+)
 from .autoregressive_fit import (
     fit_autoregressive as fit_autoregressive,
 )
@@ -11,6 +15,12 @@ from .figure import (
 from .filters import (
     dft321 as dft321,
 )
+from .joining import (
+    join as join,
+)
+from .line_spectrum import (
+    reflection_of_polynomial as reflection_of_polynomial,
+)
 from .listening import (
     audible as audible,
     strongest_axis as strongest_axis,
@@ -21,7 +31,9 @@ from .modulated_noise import (
     level_factor as level_factor,
 )
 from .modulated_noise_synthesis import (
+    NoiseProcess as NoiseProcess,
     band_sections as band_sections,
+    parameters_of as parameters_of,
     synthesise_modulated_noise as synthesise_modulated_noise,
 )
 from .perception import (
@@ -41,9 +53,11 @@ from .signal import (
     signal_of as signal_of,
 )
 from .synthesis import (
+    ladder as ladder,
     synthesise as synthesise,
 )
 from .texture_map import (
+    ModelMap as ModelMap,
     NoiseMap as NoiseMap,
     TextureMap as TextureMap,
 )

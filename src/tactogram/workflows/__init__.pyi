@@ -46,6 +46,9 @@ from .evaluation.word_signals import (
 from .generation.clone import (
     clone as clone,
 )
+from .generation.cloned_strokes import (
+    live_map as live_map,
+)
 from .generation.generate import (
     SIMULATED as SIMULATED,
     Reading as Reading,
@@ -84,16 +87,6 @@ from .recognition.search import (
 from .recognition.spectral_search import (
     find_similar as find_similar,
 )
-from .rendering.carrier_tracking import (
-    CarrierTracking as CarrierTracking,
-)
-from .rendering.playback import (
-    CAREFUL as CAREFUL,
-    NULL as NULL,
-    Playback as Playback,
-    full_scale_of as full_scale_of,
-    outputs as outputs,
-)
 from .rendering.render import (
     levels_of as levels_of,
     list_displays as list_displays,
@@ -103,17 +96,6 @@ from .results_table import (
     evaluation_results as evaluation_results,
     numbers_of as numbers_of,
     table as table,
-)
-from .streaming.session import (
-    Backend as Backend,
-    rehearsal as rehearsal,
-    run as run,
-)
-from .streaming.textures import (
-    TextureSettings as TextureSettings,
-    live_texture as live_texture,
-    surface_of as surface_of,
-    texture_of_map as texture_of_map,
 )
 from .training.execution import (
     train_plan as train_plan,

@@ -12,9 +12,9 @@ from tactogram.rendering.displays.response import ResonatorResponse
 from tactogram.rendering.drive.equaliser import WITHIN_DB, Equaliser, _cut, _impulse, equaliser
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.output import DisplayOutput
-from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.signal import Signal
+from tactogram_playback.streaming.output import DisplayOutput
+from tactogram_playback.transducer.circuit import Transducer
 
 
 def tones(display, low, high, *, level):

@@ -11,8 +11,8 @@ from tactogram.rendering.drive.modulation import (
     pre_emphasis,
 )
 from tactogram.rendering.families.ultrasonic import Settings, modulated
-from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.signal import Signal
+from tactogram_playback.transducer.circuit import Transducer
 
 
 @settings(max_examples=25)

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.embedded.noise_header import DISCARDED, MEAN, SCALE, c_name, noise_header
-from tactogram.rendering.streaming.noise_texture import one_axis
+from tactogram.rendering.embedded.noise_header import DISCARDED, MEAN, SCALE, c_name, noise_header, one_axis
 from tactogram.signal import Signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import NoiseProcess, parameters_of

@@ -9,8 +9,8 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.fit import fit
 from tactogram.rendering.families.ultrasonic import Settings, modulated
 from tactogram.rendering.level import Level
-from tactogram.rendering.transducer.circuit import Transducer
 from tactogram.signal import Signal
+from tactogram_playback.transducer.circuit import Transducer
 
 
 def tone(frequency, *, rate=8000, seconds=0.5, level=1.0, unit="m/s^2"):

@@ -1,6 +1,7 @@
 """The list of device paths: the document is made from it, and every self-test says one line."""
 
 import re
+import sys
 from pathlib import Path
 
 import pytest
@@ -51,6 +52,13 @@ def test_a_missing_library_is_said_with_its_extra(monkeypatch):
     found = try_device("serial")
     assert found["state"] == "missing"
     assert "the extra devices" in found["line"]
+
+
+def test_outputs_are_tried_with_what_plays_on_them(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tactogram_playback", None)
+    found = try_device("mouse")
+    assert found["state"] == "missing"
+    assert found["line"].endswith("pip install 'tactogram[playback]'")
 
 
 @pytest.mark.parametrize(("name", "test"), devices.ALSO.items())

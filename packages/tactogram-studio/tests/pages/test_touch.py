@@ -13,12 +13,8 @@ from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.families import pattern
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.engine import Engine
-from tactogram.rendering.streaming.motion import MotionSample, MotionSettings
-from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
-from tactogram.rendering.streaming.recorded_motion import SimulatedHand
-from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, SurfaceTexture
+from tactogram.rendering.motion.finger_state import MotionSample, MotionSettings
+from tactogram.rendering.motion.recorded_motion import SimulatedHand
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.io import write_signal
@@ -26,6 +22,10 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_playback.streaming.engine import Engine
+from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
+from tactogram_playback.streaming.texture_table import TextureTable
+from tactogram_playback.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram_studio.pages.touch import parse_request
 from tactogram_studio.touch.tables import table_of_map
 

@@ -15,13 +15,13 @@ from websockets.sync.client import connect
 
 from tactogram.rendering.drive.electrovibration import friction
 from tactogram.rendering.families.tablet import directions
-from tactogram.rendering.streaming.backends import run_unpaced
-from tactogram.rendering.streaming.motion import MotionSample
-from tactogram.rendering.transducer.circuit import PRESETS
-from tactogram.rendering.transducer.simulation import TransducerSimulation
+from tactogram.rendering.motion.finger_state import MotionSample
 from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
-from tactogram.workflows.streaming import session
+from tactogram_playback.streaming.backends import run_unpaced
+from tactogram_playback.transducer.circuit import PRESETS
+from tactogram_playback.transducer.simulation import TransducerSimulation
+from tactogram_playback.workflows import session
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
 from tactogram_study.participants.routes import make_participant_app

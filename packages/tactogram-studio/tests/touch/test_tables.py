@@ -11,14 +11,14 @@ from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
 from tactogram.rendering.drive.strength import strength
 from tactogram.rendering.level import parse_level
-from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
-from tactogram.rendering.streaming.texture_table import TextureTable
-from tactogram.rendering.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
+from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
+from tactogram_playback.streaming.texture_table import TextureTable
+from tactogram_playback.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram_studio.touch.tables import table_of_map, table_of_signal
 
 RATE = 48_000.0

@@ -10,7 +10,7 @@ from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files.catalogue import haptic_formats
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
-from tactogram.workflows.rendering.actuators import calibrate
+from tactogram_playback.workflows.actuators import calibrate
 from tactogram_studio.pages.send.files import losses_table
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.sent import DriveRequest, FileRequest, SendService, level_text

@@ -6,10 +6,10 @@ import pytest
 from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
-from tactogram.rendering.streaming.noise_texture import ModulatedNoiseTexture
-from tactogram.rendering.streaming.textures import AutoregressiveTexture
-from tactogram.rendering.transducer.circuit import PRESETS
 from tactogram.workflows.training.train import train
+from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture
+from tactogram_playback.streaming.textures import AutoregressiveTexture
+from tactogram_playback.transducer.circuit import PRESETS
 from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus

@@ -14,7 +14,7 @@ import keyword
 import math
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from importlib.metadata import version
 from importlib.resources import files
@@ -25,6 +25,7 @@ from jinja2 import Environment, StrictUndefined
 from numpy.typing import ArrayLike, NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.drive.axes import combined
 from tactogram.signal.modulated_noise import (
     BANDS,
     FRAME_S,
@@ -35,12 +36,14 @@ from tactogram.signal.modulated_noise import (
     ModulatedNoise,
     level_factor,
 )
+from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import (
     SETTLING_S,
     SILENT,
     band_sections,
+    synthesise_modulated_noise,
 )
-from tactogram.signal.tones import START_S
+from tactogram.signal.tones import START_S, no_tones
 
 BLOCK_S = 0.005
 MOST_FRAMES = 10_000
@@ -53,6 +56,32 @@ DISCARDED = 12
 SCALE = math.sqrt(3) / 65536
 """Of the sum of four 16-bit numbers, without its mean, to the variance 1."""
 MEAN = 2 * 65535
+DRAWINGS, DRAWN_S = 8, 2.0
+"""Signals to which a model of one axis is fitted, and their length, s."""
+
+
+def one_axis(model: ModulatedNoise, axis: str) -> ModulatedNoise:
+    """Return the model of one axis of ``model``, or of one with the power of all at every frequency (``"dft321"``).
+
+    The gains of several axes are those of sources, which are filtered and mixed; there is no formula for those of one
+    axis. So a model is fitted to signals that ``model`` makes, always the same, with the spectrum and deviation that
+    follow from its own. ``"all"`` is the model itself. Raises `ParameterError` if there is no such axis.
+    """
+    if axis not in ("all", "dft321", *model.axes):
+        raise ParameterError.must("axis", f"be dft321, all or one of {', '.join(model.axes)}", axis)
+    if axis == "all" or len(model.axes) == 1:
+        return model
+    steady = replace(model, mean=np.zeros(len(model.axes)), tones=no_tones(len(model.axes)))
+    made = [synthesise_modulated_noise(steady, DRAWN_S, seed=seed) for seed in range(DRAWINGS)]
+    fitted = fit_modulated_noise([combined(signal, axis)[0] for signal in made], lags=model.lags)
+    chosen = [axis in ("dft321", name) for name in model.axes]
+    deviation, spectrum = (
+        0.5 * np.log(np.sum(np.exp(2 * values[chosen]), axis=0, keepdims=True))
+        for values in (model.deviation, model.spectrum)
+    )
+    equaliser = fitted.equaliser + spectrum - fitted.spectrum
+    tones = model.tones.summed(chosen)
+    return replace(fitted, deviation=deviation, spectrum=spectrum, equaliser=equaliser, tones=tones)
 
 
 @dataclass(frozen=True)

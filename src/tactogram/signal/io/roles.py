@@ -188,9 +188,9 @@ def _found(
         if i != at and i not in others and (what := _no_signal(each, column, table, i)):
             others[i] = what
     places = [i for i in range(len(headings)) if i != at and i not in others]
-    for spare in (lambda each: "magnitude", lambda each: f"in {each.unit}"):
+    for spare in ("magnitude", "in {unit}"):
         if not places:
-            places = [i for i, what in others.items() if what == spare(headings[i])]
+            places = [i for i, what in others.items() if what == spare.format(unit=headings[i].unit)]
             for i in places:
                 del others[i]
     if not table.named and not table.groups and len(places) > MOST_UNNAMED:

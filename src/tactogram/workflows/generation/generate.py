@@ -16,8 +16,8 @@ from tactogram.model import Condition, Limit, check_options, check_values, condi
 from tactogram.parameters import checked
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
-from tactogram.rendering.streaming.finger_path import followed
-from tactogram.rendering.streaming.recorded_motion import MotionFile, SimulatedHand
+from tactogram.rendering.motion.finger_path import followed
+from tactogram.rendering.motion.recorded_motion import MotionFile, SimulatedHand
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, write_signal
 from tactogram.signal.motion import Motion

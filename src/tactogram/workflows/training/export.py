@@ -145,8 +145,7 @@ def export_c(
     ParameterError
         If the run has no modulated noise, no such material, or unknown speeds or forces.
     """
-    from tactogram.rendering.embedded.noise_header import c_name, noise_header
-    from tactogram.rendering.streaming.noise_texture import one_axis
+    from tactogram.rendering.embedded.noise_header import c_name, noise_header, one_axis
     from tactogram.signal.io.atomic import write_text
     from tactogram.signal.texture_map import NoiseMap
     from tactogram.workflows.training.loaded_run import load_run

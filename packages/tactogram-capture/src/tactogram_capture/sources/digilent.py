@@ -10,8 +10,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from tactogram.errors import ParameterError
-from tactogram.extras import device_errors, imported
-from tactogram.rendering import find_devices
+from tactogram.extras import device_errors, digilents, imported
 from tactogram.signal import parse_unit
 from tactogram_capture.source import Block, SourceKind
 from tactogram_capture.stream.channels import DeviceSource, axis_names
@@ -107,7 +106,7 @@ class DigilentSource(DeviceSource):
 
 
 def _find(find_s: float) -> dict[str, str]:
-    return find_devices()
+    return digilents()
 
 
 def _channels(form: ScopeFormat, name: str) -> list[int]:

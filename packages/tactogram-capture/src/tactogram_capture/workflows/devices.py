@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from tactogram.errors import DeviceError, MissingDriverError, MissingExtraError, ParameterError
 from tactogram.extras import device_errors, imported, lsl, silenced
 from tactogram.parameters import checked
-from tactogram.rendering import opened_card
 from tactogram.text_files import read_toml
 from tactogram_capture.catalogue import SOURCES, find_devices
 
@@ -179,8 +178,9 @@ def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
         return np.zeros((frames, 1), np.float32)
 
     missing = f"no audio output was found by miniaudio, and {because or 'nothing else was tried'}"
+    playback = imported("tactogram_playback", extra="playback", what="the null and audio backends")
     try:
-        with opened_card(silence, rate=8000, channels=1, buffer_ms=5, null=null) as card:
+        with playback.opened_card(silence, rate=8000, channels=1, buffer_ms=5, null=null) as card:
             begun = time.perf_counter()
             card.start()
             time.sleep(0.5)
@@ -197,11 +197,10 @@ def _miniaudio(*, null: bool, because: str = "") -> ProbeResult:
 
 
 def _mouse() -> ProbeResult:
-    from tactogram.rendering import MICE, MouseMotion
-
-    if not MICE.exists():
-        return "no hardware", f"no mouse: {MICE} is missing (a mouse as a finger needs Linux)", {}
-    mouse = MouseMotion()
+    playback = imported("tactogram_playback", extra="playback", what="a mouse as a finger")
+    if not playback.MICE.exists():
+        return "no hardware", f"no mouse: {playback.MICE} is missing (a mouse as a finger needs Linux)", {}
+    mouse = playback.MouseMotion()
     begin = mouse.poll(0.0)[-1]
     time.sleep(0.5)
     end = mouse.poll(0.5)[-1]
@@ -209,7 +208,7 @@ def _mouse() -> ProbeResult:
     moved = float(np.hypot(end.x_mm - begin.x_mm, end.y_mm - begin.y_mm))
     return (
         "works",
-        f"{MICE} opened; moved by {moved:.1f} mm in half a second at 800 counts per inch",
+        f"{playback.MICE} opened; moved by {moved:.1f} mm in half a second at 800 counts per inch",
         {"moved_mm": moved},
     )
 

@@ -1,5 +1,5 @@
 /**
- * Motion to samples: `tactogram.rendering.streaming.engine` and `.contact` in the browser, and the output stage after
+ * Motion to samples: `tactogram_playback.streaming.engine` and `.contact` in the browser, and the output stage after
  * them. Independent of pages and audio contexts.
  */
 

@@ -1,5 +1,5 @@
 /**
- * Motion of the finger: `tactogram.rendering.streaming.motion` and `.following` in the browser.
+ * Motion of the finger: `tactogram.rendering.motion`, its state and its path, in the browser.
  *
  * The same operations in the same order, so that both make the same samples from the same motion; reasons are given
  * there. Lengths in mm, speeds in mm/s, forces in N, times in s.

@@ -1,6 +1,6 @@
 /**
  * Modulated noise that follows speed and force: `tactogram.signal.modulated_noise_synthesis` and
- * `tactogram.rendering.streaming.noise_texture`, for one axis, in the browser.
+ * `tactogram_playback.streaming.noise_texture`, for one axis, in the browser.
  */
 
 import { around, Noise, Resampler } from "./touch_textures.js";

@@ -1,5 +1,5 @@
 /**
- * Textures that follow a finger: `tactogram.rendering.streaming.textures` and `.surface`, for one axis, in the browser.
+ * Textures that follow a finger: `tactogram_playback.streaming.textures`, for one axis, in the browser.
  *
  * Everything computed in advance (models on a grid over speed and force, copies of a surface with decreasing detail, the
  * kernel between two rates) is in the table from `tactogram_studio.pages.touch.tables`.

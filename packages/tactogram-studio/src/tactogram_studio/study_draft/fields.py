@@ -71,12 +71,6 @@ CHOICES: Mapping[str, Mapping[str, str]] = {
         "number": "a number",
         "text": "free text",
     },
-    "given": {
-        "speed_mm_s": "Given the speed, mm/s",
-        "force_n": "Given the force, N",
-        "vibration_speed_mm_s": "Speed of the recording, mm/s",
-        "vibration_force_n": "Force of the recording, N",
-    },
     "reconstructed": {"griffin_lim": "phase by Griffin-Lim", "phase_gradient": "phase by its gradient"},
 }
 """By the setting's key and the value."""
@@ -117,12 +111,6 @@ def fields_of(
         text = "" if text.rstrip(".") == label else text
         fields.append(StudyField((*place, name), label, text, widget, _default(info), named))
     return fields
-
-
-def numbers_of(model: type[BaseModel], name: str, keys: Collection[str], place: Place) -> list[StudyField]:
-    """Return a field for each number in a table ``name`` of a model, none of them required."""
-    labels = choices_of(model, name, list(keys))
-    return [StudyField((*place, name, key), labels[key], "", "number") for key in keys]
 
 
 def _widget(info: FieldInfo) -> tuple[Widget | None, tuple[str, ...]]:

@@ -13,7 +13,7 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.rendering import Display
 from tactogram.signal import Signal
 from tactogram.text_files import parse_json, read_text
-from tactogram.workflows import Playback
+from tactogram_playback import Playback
 
 LOG = "played.jsonl"
 

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Pillow
 
-from tactogram.rendering import combined, looped
+from tactogram.rendering import combined
 from tactogram.signal import Image, Signal, over_displacement
+from tactogram_playback import looped
 from tactogram_studio.touch.sources import TextureRequest, TouchSources
 from tactogram_studio.touch.tables import ASSUMED_SPEED_MM_S
 

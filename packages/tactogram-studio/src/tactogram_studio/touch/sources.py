@@ -23,7 +23,7 @@ from tactogram.signal import (
 )
 from tactogram.signal.io import READABLE, USUAL, read_metadata, read_signal
 from tactogram.validation import FrozenModel
-from tactogram.workflows import TextureSettings, texture_of_map
+from tactogram_playback import TextureSettings, texture_of_map
 from tactogram_studio.signals.registry import ValueCache
 from tactogram_studio.touch.tables import (
     ASSUMED_SPEED_MM_S,

@@ -1,8 +1,8 @@
 """Texture tables of the page Touch, for the browser's audio thread.
 
-A table holds what `tactogram.rendering.streaming` computes in advance, so that the browser makes the same samples:
+A table holds what `tactogram_playback.streaming` computes in advance, so that the browser makes the same samples:
 models on a grid over speed and force, or a surface in copies of decreasing detail. It includes the texture's strength
-(measured under a simulated hand, as in `workflows.streaming.stream`) and that of a phone's vibration.
+(measured under a simulated hand, as in `tactogram_playback.stream`) and that of a phone's vibration.
 """
 
 from __future__ import annotations
@@ -18,24 +18,27 @@ from numpy.typing import NDArray
 from tactogram.errors import ParameterError
 from tactogram.rendering import (
     OVERSAMPLED,
-    Along,
-    ContactSettings,
-    Engine,
     Level,
-    NoiseTable,
     SimulatedHand,
-    StreamingTexture,
     StrengthSettings,
-    SurfaceTexture,
-    TextureTable,
     combined,
     copy_count,
-    looped,
     open_display,
     strength,
 )
 from tactogram.signal import FELT_HZ, SCORES, NoiseMap, Signal, TextureMap, band_sections, level_factor
-from tactogram.workflows import TextureSettings, texture_of_map
+from tactogram_playback import (
+    Along,
+    ContactSettings,
+    Engine,
+    NoiseTable,
+    StreamingTexture,
+    SurfaceTexture,
+    TextureSettings,
+    TextureTable,
+    looped,
+    texture_of_map,
+)
 
 MAGIC = b"TGTT"
 VERSION = 1

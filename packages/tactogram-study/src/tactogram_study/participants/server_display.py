@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering import Display, carrier_of
 from tactogram.signal import Signal
-from tactogram.workflows import Backend, CarrierTracking, Playback, full_scale_of
+from tactogram_playback import Backend, CarrierTracking, Playback, full_scale_of
 from tactogram_study.workflows.streams import FingerStream
 
 PATIENCE_S = 2.0
@@ -31,9 +31,8 @@ class ServerDisplay:
     """The one display of a server.
 
     ``device`` is ``audio``, ``audio:NAME``, or ``null`` (no actuator connected, same timing); for streams also
-    ``digilent`` or ``osc:HOST:PORT``. ``full_scale`` as of
-    `workflows.rendering.playback.full_scale_of`. With ``track`` the carrier of a Digilent follows the transducer's
-    resonance (`workflows.rendering.carrier_tracking`).
+    ``digilent`` or ``osc:HOST:PORT``. ``full_scale`` as of `tactogram_playback.full_scale_of`. With ``track`` the
+    carrier of a Digilent follows the transducer's resonance (`tactogram_playback.CarrierTracking`).
     """
 
     device: str = "audio"

@@ -15,21 +15,10 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.models import shipped_run
-from tactogram.rendering import (
-    Display,
-    Drive,
-    Level,
-    StreamingTexture,
-    check_streams,
-    display_family,
-    fit,
-    open_display,
-    parse_level,
-    shipped,
-)
+from tactogram.rendering import Display, Drive, Level, display_family, fit, open_display, parse_level, shipped
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
-from tactogram.workflows import TextureSettings, live_texture
+from tactogram_playback import StreamingTexture, TextureSettings, check_streams, live_texture
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus

@@ -2,7 +2,7 @@
 
 The way of a finger position: the page measures it in mm from the middle of the page and sends it over a websocket
 (`studio.participants.stimulus_routes`), as often as the screen reports it and at least once per frame while the finger
-is down. `PageMotion` keeps it, with its time of arrival, for the engine of `rendering.streaming`, which runs in a
+is down. `PageMotion` keeps it, with its time of arrival, for the engine of `tactogram_playback`, which runs in a
 thread of the server: texture, display output and guard are those of `tactogram stream`, and so are the devices. When
 the finger lands on a slot, the session logs hash, level and display; when it leaves, latency, motion and drive.
 """
@@ -18,25 +18,24 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import (
+from tactogram.rendering import Display, Level, MotionSample, MotionSettings, display_family, without_constant
+from tactogram.signal import Signal
+from tactogram_playback import (
     LONGEST_BLOCK_S,
+    Backend,
     Clock,
     ContactSettings,
-    Display,
     DisplayOutput,
     Engine,
-    Level,
-    MotionSample,
-    MotionSettings,
     Stream,
     StreamingTexture,
     SurfaceTexture,
+    TextureSettings,
     check_streams,
-    display_family,
-    without_constant,
+    rehearsal,
+    run,
+    surface_of,
 )
-from tactogram.signal import Signal
-from tactogram.workflows import Backend, TextureSettings, rehearsal, run, surface_of
 
 FORCE_N = 0.5
 """Force of a finger that touches the page, N: a screen reports contact only. Our choice."""

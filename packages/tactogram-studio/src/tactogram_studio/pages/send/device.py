@@ -8,7 +8,7 @@ from nicegui import ui
 
 from tactogram.rendering import open_display
 from tactogram.signal.io import read_signal
-from tactogram.workflows import CAREFUL, NULL, outputs
+from tactogram_playback import CAREFUL, NULL, outputs
 from tactogram_studio import kit
 from tactogram_studio.tasks.speaker import Speaker, recently_played
 from tactogram_studio.workspace.commands import arguments, command_line
