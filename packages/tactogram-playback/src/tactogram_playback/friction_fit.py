@@ -18,7 +18,7 @@ import scipy
 import tomli_w
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.rendering import FrictionCalibration
 from tactogram.signal.io import write_text
 from tactogram.text_files import read_table
@@ -56,7 +56,8 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
         if unknown := [name for name in row if name not in (*COLUMNS, *OPTIONAL)]:
             raise DataError(path, f"unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}")
         if "normal_force_n" not in row and normal_force_n is None:
-            raise DataError(path, "has no column normal_force_n: add it, or give normal_force_n")
+            remedy = Remedy("add it"), Remedy("give the force as", "normal_force_n")
+            raise DataError(path, "has no column normal_force_n", remedy=remedy)
         person = (row.get("person") or "all").strip()
         found.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
     if not found:

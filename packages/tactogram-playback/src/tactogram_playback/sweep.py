@@ -45,21 +45,18 @@ def exponential_sweep(
     """
     family = display_family(display.family)
     if not family.swept:
-        instead = f"; {family.measured_by}" if family.measured_by else ""
         raise ParameterError(
-            f"{display.name} is {family.name}: a sweep is for displays whose drive has the shape of their output"
-            f"{instead}"
+            f"{display.name} is {family.name}: a sweep is for displays whose drive has the shape of their output",
+            remedy=family.measured_by,
         )
     low, high = band or display.band or (10.0, 0.45 * display.rate)
     if not 0 < low < high < display.rate / 2:
-        raise ParameterError.must(
-            "band", f"be 0 < low < high < {display.rate / 2:g} Hz, got {low:g} {high:g}"
-        )
+        raise ParameterError.must("band", f"be 0 < low < high < {display.rate / 2:g} Hz", (low, high))
     low, high = low * WIDER[0], max(high, min(high * WIDER[1], 0.45 * display.rate))
     if not 0 < level <= 1:
         raise ParameterError.must("level", "be a share of the limit in 0 to 1", level)
     if not (seconds * low >= 4 and silence_s >= 0):
-        raise ParameterError(f"the sweep must last 4 periods of {low:g} Hz or more, got {seconds:g} s")
+        raise ParameterError.must("seconds", f"last 4 periods of {low:g} Hz or more", seconds)
     if display.floor >= display.rest and display.floor > -display.limit * level:
         raise ParameterError(f"{display.name} takes no negative drive: it has no response to a sweep")
     count = round(seconds * display.rate)

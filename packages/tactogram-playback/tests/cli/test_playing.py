@@ -9,10 +9,67 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import create_store
+from tactogram.signal import Signal
+from tactogram.signal.io import write_signal
 from tactogram.workflows.training.train import train
 from tactogram_playback.transducer.circuit import PRESETS
 from tactogram_playback.transducer.simulation import SimulatedBench
 from tactogram_playback.workflows.actuators import track, transducer
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (
+            "stream FILE --track a=1",
+            "--backend must be digilent to track its carrier, got 'null'; omit --track",
+        ),
+        (
+            "stream FILE --backend audio",
+            "--display must be given, with its level: the audio backend moves an act",
+        ),
+        ("stream FILE --display audio", "--level must be given with a display; or omit --display"),
+        ("stream FILE --level peak=1", "--display must be given with a level; or omit --level"),
+        ("stream FILE --mix y=1 --speed 50", "--mix must be one of touch, got 'y'"),
+        ("stream FILE --out s.mp3", "--out must end in one of .wav, "),
+        ("stream FILE --figure s.pdf", "--figure must end in .png, got s.pdf"),
+        (
+            "stream FILE",
+            "touch is over time; state the speed at which it was recorded or generated with --speed",
+        ),
+        (
+            "stream FILE --backend digilent --display ultrasonic-envelope --level peak=1 --track skew_s=0",
+            "--track amps_per_volt must be known: 1 over the resistance of the shunt, in ohm",
+        ),
+        (
+            "play FILE --display audio",
+            "output = 'envelope'; for a sound card give `tactogram play FILE --display",
+        ),
+        ("play FILE --display audio --device tape", "--device must be null, audio, audio:NAME, digilent or "),
+        (
+            "sweep audio --out s.wav --seconds 0.01",
+            "--seconds must last 4 periods of 10 Hz or more, got 0.01",
+        ),
+        ("sweep audio --out s.wav --band 5 2", "--band must be 0 < low < high < 24000 Hz, got (5.0, 2.0)"),
+        ("response FILE FILE --out r.txt", "--out must end in .csv, got r.txt"),
+        ("response FILE FILE --out r.csv", "does not state the band it sweeps; give --band"),
+        ("calibrate FILE --out c.json", "--out must end in .toml, got 'c.json'"),
+        (
+            "calibrate PAIRS --out c.toml",
+            "has no column normal_force_n; add it, or give the force as --force",
+        ),
+        ("track --display audio", "--display must have a carrier at its resonance, got 'audio'"),
+    ],
+)
+def test_a_refusal_names_the_option(tmp_path, capsys, words, line):
+    file, pairs = tmp_path / "touch.npz", tmp_path / "pairs.csv"
+    write_signal(file, Signal(np.sin(np.arange(4000) / 3), 8000, "1"))
+    pairs.write_text("voltage_v_rms,friction\n0,0.3\n")
+    places = {"FILE": str(file), "PAIRS": str(pairs)}
+    assert main([places.get(word, word) for word in words.split()]) == 1
+    said = capsys.readouterr().err
+    assert line in said.replace(str(file), "FILE")
+    assert said.count("\n") == 1
 
 
 def test_a_drifting_resonance_is_followed_and_logged(tmp_path, capsys):

@@ -97,8 +97,8 @@ def test_an_unknown_name_in_a_mix_that_comes_with_the_motion_is_counted(texture,
     [
         ({"rate": 500.0}, "at least 1000 Hz"),
         ({"most": 41}, "1 to 40 samples"),
-        ({"weights": {"q": 1.0}}, "textures are slope; got 'q'"),
-        ({"weights": {"slope": -1.0}}, "must be >= 0"),
+        ({"weights": {"q": 1.0}}, "mix must be one of slope, got 'q'"),
+        ({"weights": {"slope": -1.0}}, "mix must give slope a weight >= 0"),
     ],
 )
 def test_what_makes_no_engine_is_refused(texture, script, change, says):

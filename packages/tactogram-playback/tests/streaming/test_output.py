@@ -129,7 +129,7 @@ def test_an_ultrasonic_envelope_swings_about_its_carrier(engine, output):
 
 def test_a_family_that_cannot_be_streamed_to_is_refused_in_one_line():
     display = open_display("phone")
-    with pytest.raises(ParameterError, match="cannot be streamed to: render a file"):
+    with pytest.raises(ParameterError, match="cannot be streamed to; render a file"):
         DisplayOutput(display, Signal(np.ones(100, np.float32), 8000, "m/s^2"), level=parse_level("peak=1"))
 
 

@@ -46,7 +46,7 @@ def test_a_signal_over_time_is_laid_out_by_its_speed(script, rendered):
     surface = SurfaceTexture("a", made, rate=RATE, speed_mm_s=100.0)
     samples, _ = rendered(engine([surface], script(lambda t: 200 * t)), 2.0)
     assert peak_hz(samples[0, 4000:]) == pytest.approx(300, abs=4)
-    with pytest.raises(ParameterError, match="over time: give speed_mm_s"):
+    with pytest.raises(ParameterError, match="over time; state the speed .* with `speed_mm_s`"):
         SurfaceTexture("a", made, rate=RATE)
 
 

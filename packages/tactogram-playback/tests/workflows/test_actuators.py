@@ -66,7 +66,7 @@ def test_beyond_the_calibrated_voltage_the_report_says_that_it_is_a_guess(fricti
         ("voice-coil", "anna", {}, "for an electrostatic display, this one is linear"),
         ("electrovibration", None, {}, "holds anna, ben: name the person"),
         ("electrovibration", "carl", {}, "person must be one of anna, ben"),
-        ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "omit `changes` or `calibration`"),
+        ("electrovibration", "ben", {"electrovibration.mu_0": 0.2}, "omit `changes`, or `calibration`"),
     ],
 )
 def test_a_calibration_that_does_not_fit_is_refused(friction, display, person, changes, message):
@@ -173,7 +173,7 @@ def test_what_is_no_drive_of_the_display_never_reaches_the_device(drive, tmp_pat
         play(drive, display="voice-coil")
     with pytest.raises(ParameterError, match="no carrier that a device could make"):
         play(drive, display="ultrasonic")
-    with pytest.raises(ParameterError, match="must be digilent"):
+    with pytest.raises(ParameterError, match="must be null, audio, audio:NAME, digilent"):
         play(drive, display="ultrasonic-envelope", device="rigol")
     write_signal(tmp_path / "loud.npz", Signal(np.full(100, 2.0), 16_000, "V"))
     with pytest.raises(ParameterError, match=r"outside of 0 to 1\.1 V"):
@@ -253,7 +253,7 @@ def test_a_device_is_held_at_a_share_and_left_silent_whatever_happens(resonance_
         ({"share": 1.5}, "share must be"),
         ({"steps": 0}, "steps must be"),
         ({"seed": -1}, "seed must be"),
-        ({"out": "track.wav"}, "suffix must be .csv"),
+        ({"out": "track.wav"}, "out must end in .csv"),
         ({"out": "/dev/null/track.csv"}, "cannot be written"),
         ({"generator": "digilent"}, "amps_per_volt must be known"),
         ({"display": "ultrasonic"}, "makes the carrier"),
@@ -270,4 +270,4 @@ def test_a_person_needs_a_calibration(friction, command):
     done = command("render", friction / "mu.npz", "--display", "electrovibration", "--level", "physical",
                "--person", "anna", "--out", friction / "d.npz")  # fmt: skip
     assert done.returncode == 1
-    assert "--person chooses among the people of --calibration" in done.stderr
+    assert "--person chooses among the people of a calibration; give it with --calibration" in done.stderr

@@ -41,8 +41,8 @@ def test_a_mix_glides_to_another_and_stays_there():
 @pytest.mark.parametrize(
     ("out", "figure", "says"),
     [
-        (Path("sent.xyz"), None, "suffix must be one of .*, got .xyz"),
-        (None, Path("sent.pdf"), "a figure's suffix must be .png, got .pdf"),
+        (Path("sent.xyz"), None, "out must end in one of .*, got sent.xyz"),
+        (None, Path("sent.pdf"), "figure must end in .png, got sent.pdf"),
         (None, Path(__file__) / "sent.png", "cannot be written"),
     ],
 )

@@ -102,17 +102,17 @@ def test_backends_without_hardware(textures, backend):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"mix": {"velvet": 1.0}}, "`mix` must be one of cork"),
-        ({"display": "voice-coil"}, "give `display` and `level`, or neither"),
+        ({"mix": {"velvet": 1.0}}, "mix must be one of cork"),
+        ({"display": "voice-coil"}, "level must be given with a display; or omit `display`"),
         ({"display": "phone", "level": "peak=1"}, "render a file"),
         ({"block_ms": 6.0}, "block_ms must be less than or equal to 5"),
         ({"seconds": 0.0}, "seconds must be greater than 0"),
         ({"seed": -1}, "seed must be greater than or equal to 0"),
-        ({"backend": "audio"}, "give its `display`"),
+        ({"backend": "audio"}, "display must be given, with its level"),
         ({"backend": "tape"}, "backend must be 'null', 'file'"),
-        ({"motion": "osc"}, "is not in real time"),
-        ({"out": Path("sent.xyz")}, "suffix must be one of .wav"),
-        ({"figure": Path("sent.pdf")}, "must be .png"),
+        ({"motion": "osc"}, "backend must be in real time for motion from osc"),
+        ({"out": Path("sent.xyz")}, "out must end in one of .wav"),
+        ({"figure": Path("sent.pdf")}, "figure must end in .png"),
         ({"out": Path(__file__) / "sent.wav"}, "cannot be written"),
     ],
 )
@@ -229,7 +229,7 @@ def test_a_tablet_of_strings_follows_the_position_of_the_finger(grating, tmp_pat
 
 
 def test_a_display_in_volts_needs_the_full_scale_of_the_amplifier(grating):
-    with pytest.raises(ParameterError, match="give `full_scale`"):
+    with pytest.raises(ParameterError, match="give it as `full_scale`"):
         stream(grating("a.wav", 150), backend="audio", display="voice-coil", level="gain=1")
 
 
@@ -250,7 +250,7 @@ def test_the_carrier_of_a_stream_is_tracked(grating, tmp_path):
     assert result["device"]["simulated"]
     assert abs(tracking["carrier_hz"] - result["device"]["resonance_hz"]) < 47  # half the width at Q 300
     assert "track," in log.read_text()
-    with pytest.raises(ParameterError, match="got the backend file"):
+    with pytest.raises(ParameterError, match="backend must be digilent to track its carrier, got 'file'"):
         to_file(grating("a.wav", 150), track={})
 
 

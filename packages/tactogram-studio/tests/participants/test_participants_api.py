@@ -479,7 +479,7 @@ def test_a_display_that_the_device_cannot_drive_is_refused_beforehand(tmp_path, 
     assert display.name == "voice-coil"
     ServerDisplay("null").check(display)
     ServerDisplay("audio", 10.0).check(display)
-    with pytest.raises(ParameterError, match="voice-coil is driven in V: give `full_scale`"):
+    with pytest.raises(ParameterError, match="voice-coil is driven in V; measure .* `full_scale`"):
         ServerDisplay("audio").check(display)
 
 

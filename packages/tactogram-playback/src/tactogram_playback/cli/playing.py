@@ -108,6 +108,7 @@ VERBS = {
         lambda result: result["limited"],
         folders=("models",),
         within=_streaming,
+        advice={"amps_per_volt": "--track amps_per_volt"},
     ),
     "play": Verb(f"{WORKFLOWS}.actuators:play", lines_of, within=_interrupt_on_sigterm),
     "sweep": Verb(f"{WORKFLOWS}.response:write_sweep", lines_of),

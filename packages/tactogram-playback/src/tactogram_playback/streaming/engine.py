@@ -67,7 +67,7 @@ class Engine:
         if not textures:
             raise ParameterError("a stream needs at least one texture, got none")
         if rate < LEAST_RATE:
-            raise ParameterError(f"rate of a stream must be at least {LEAST_RATE:g} Hz, got {rate:g}")
+            raise ParameterError.must("rate", f"be at least {LEAST_RATE:g} Hz", rate)
         if not 1 <= most <= LONGEST_BLOCK_S * rate + 1e-9:
             raise ParameterError(
                 f"a block must have 1 to {int(LONGEST_BLOCK_S * rate)} samples at {rate:g} Hz, got {most}"
@@ -112,9 +112,9 @@ class Engine:
         """
         for name, weight in weights.items():
             if name not in self.names:
-                raise ParameterError(f"mix: textures are {', '.join(self.names)}; got {name!r}")
+                raise ParameterError.one_of("mix", self.names, name)
             if not (weight >= 0 and math.isfinite(weight)):
-                raise ParameterError(f"mix: a weight must be >= 0 and finite, got {name}={weight}")
+                raise ParameterError.must("mix", f"give {name} a weight >= 0 and finite", weight)
         for name, weight in weights.items():
             self._target[self.names.index(name)] = weight
 

@@ -32,12 +32,15 @@ def check_streams(display: Display) -> None:
     family = display_family(display.family)
     if family.stream_surface is None and family.stream_signal is None:
         raise ParameterError(
-            f"{display.name}: displays of the family {display.family} cannot be streamed to: render a file instead"
+            display.name,
+            f"displays of the family {display.family} cannot be streamed to",
+            remedy="render a file instead",
         )
     if display.rate < LEAST_RATE:
         raise ParameterError(
-            f"{display.name}: streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes "
-            f"{display.rate:g}: render a file"
+            display.name,
+            f"streaming needs a drive of at least {LEAST_RATE:g} Hz, this display takes {display.rate:g}",
+            remedy="render a file instead",
         )
 
 

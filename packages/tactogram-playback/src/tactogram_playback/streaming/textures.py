@@ -23,7 +23,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.rendering import OVERSAMPLED, MotionBlock, band_limited, copy_count, play_loop
 from tactogram.signal import Signal, join, ladder, over_displacement
 from tactogram_playback.streaming.texture_table import TextureGrid, TextureTable, interpolate
@@ -69,9 +69,8 @@ class SurfaceTexture:
             raise ParameterError.must("along", "be path, x or y", along)
         if signal.domain == "time":
             if speed_mm_s is None:
-                raise ParameterError(
-                    f"{name} is over time: give speed_mm_s, the speed at which it was recorded or generated"
-                )
+                remedy = Remedy("state the speed at which it was recorded or generated with", "speed_mm_s")
+                raise ParameterError(f"{name} is over time", remedy=remedy)
             signal = over_displacement(signal, speed_mm_s)
         self.name, self.unit, self.axes, self.along = name, signal.unit, signal.axes, along
         self.holds_at_rest = signal.unit == "1"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from annotated_types import Ge, Gt, Le
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.parameters import Settings, Share, checked
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def calibrate(
     from tactogram_playback.friction_fit import calibrated, read_pairs, write_calibrations
 
     if Path(out).suffix != ".toml":
-        raise ParameterError(f"`out` must end in .toml, got {out}")
+        raise ParameterError.must("out", "end in .toml", out)
     found = [
         calibrated(one, confidence=confidence) for one in read_pairs(pairs, normal_force_n=normal_force_n)
     ]
@@ -105,9 +105,8 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
 
     frequency, admittance = read_sweep(sweep)
     if frequency.max() < LEAST_HZ:
-        raise ParameterError(
-            f"{sweep}: its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
-        )
+        problem = f"its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
+        raise ParameterError(sweep, problem)
     found = fitted_transducer(frequency, admittance)
     lost = np.isnan(admittance)
     away, measured = (found.admittance(frequency) - admittance)[~lost], admittance[~lost]
@@ -194,10 +193,10 @@ def track(
     if kind not in ("digilent", SIMULATED):
         raise ParameterError.must("generator", "be digilent, digilent:SERIAL or simulated", generator)
     if out is not None and Path(out).suffix.lower() != ".csv":
-        raise ParameterError(f"{out}: a log's suffix must be .csv, got {Path(out).suffix!r}")
+        raise ParameterError.must("out", "end in .csv", out)
     known = open_display(display).settings
     if not isinstance(known, CarrierSettings):
-        raise ParameterError(f"{display}: has no carrier; choose a display with a resonance")
+        raise ParameterError.must("display", "have a carrier at its resonance", display)
     given = {
         "amps_per_volt": amps_per_volt,
         "volts_per_volt": volts_per_volt,
@@ -314,20 +313,26 @@ def play(
         )
         return {"file": str(file), **play_to_end(playing)}
     if kind != "digilent":
-        raise ParameterError.must("device", "be digilent or digilent:SERIAL", device)
+        raise ParameterError.must("device", "be null, audio, audio:NAME, digilent or digilent:SERIAL", device)
     known = open_display(display)
-    settings = carrier_of(known)
+    try:
+        settings = carrier_of(known)
+    except ParameterError as error:
+        raise ParameterError(error, remedy=Remedy("for a sound card give", "device", "audio")) from None
     drive = read_signal(Path(file))
     if drive.unit != known.unit or len(drive.axes) != 1 or drive.domain != "time":
         raise ParameterError(
-            f"{file}: is not a drive of {known.name}: expected one axis over time in {known.unit}, got "
-            f"{len(drive.axes)} over {drive.domain} in {drive.unit}"
+            file,
+            f"is not a drive of {known.name}: expected one axis over time in {known.unit}, got "
+            f"{len(drive.axes)} over {drive.domain} in {drive.unit}",
         )
     highest = float(drive.samples.max())
     if highest > known.limit * (1 + 1e-4) or drive.samples.min() < -1e-4 * known.limit:
         raise ParameterError(
-            f"{file}: goes from {drive.samples.min():.4g} to {highest:.4g} V, outside of 0 to {known.limit:g} V of "
-            f"{known.name}: render it for this display"
+            file,
+            f"goes from {drive.samples.min():.4g} to {highest:.4g} V, outside of 0 to {known.limit:g} V of "
+            f"{known.name}",
+            remedy="render it for this display",
         )
     drive = drive.with_samples(drive.samples.clip(0, known.limit))
     ends = float(max(drive.samples[0, 0], drive.samples[0, -1]))

@@ -220,6 +220,6 @@ def tables_of(changes: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     for key, value in changes.items():
         table, dot, name = key.partition(".")
         if dot and table not in tables:
-            raise ParameterError(f"{key}: must be a key of tracking, or begin with timing., scope. or bench.")
+            raise ParameterError(key, "must be a key of tracking, or begin with timing., scope. or bench.")
         tables[table if dot else ""][name if dot else key] = value
     return tables

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DeviceError, ParameterError, TactogramError
+from tactogram.errors import DeviceError, ParameterError, Remedy, TactogramError
 from tactogram.extras import digilents
 from tactogram.rendering import Display, display_family
 from tactogram.signal import Signal
@@ -95,8 +95,14 @@ def full_scale_of(display: Display, device: str, measured: float | None = None) 
     if display.unit == "1" or device == NULL:
         return 1.0 if display.unit == "1" else display.limit
     raise ParameterError(
-        f"{display.name} is driven in V: give `full_scale`, the voltage of the amplifier at the sound card's full "
-        "scale (measure it), or render for a display in parts of full scale, such as audio"
+        f"{display.name} is driven in V",
+        remedy=(
+            Remedy(
+                "measure the voltage of the amplifier at the sound card's full scale and give it as",
+                "full_scale",
+            ),
+            Remedy("render for a display in parts of full scale, such as audio"),
+        ),
     )
 
 

@@ -114,7 +114,7 @@ def write_identified(
 
     out = Path(out)
     if out.suffix.lower() != ".csv":
-        raise ParameterError(f"{out}: a response is written as .csv")
+        raise ParameterError.must("out", "end in .csv", out)
     sweep = read_signal(played)
     band = band or read_metadata(played).get("band")
     if band is None:

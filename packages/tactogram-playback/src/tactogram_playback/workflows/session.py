@@ -147,7 +147,7 @@ def _run_digilent(
 ) -> dict[str, Any]:
     """Send the envelope to a Digilent as it is due; the device is a silence of `PREFILL_S` behind."""
     if running.output is None:
-        raise ParameterError("a Digilent plays the envelope of a display: give `display` and `level`")
+        raise ParameterError.must("display", "be given, with its level: a Digilent plays its envelope")
     settings = carrier_of(running.output.display)
     running.engine.latency.queued_s = PREFILL_S
 
@@ -193,9 +193,9 @@ def status_lines(running: Stream, status: Callable[[str, float], None]) -> Statu
 def check_files(out: Path | None, figure: Path | None) -> None:
     """Refuse paths that could not be written in the end: an hour of streaming would be lost."""
     if out is not None and out.suffix.lower() not in WRITABLE:
-        raise ParameterError(f"{out}: suffix must be one of {', '.join(WRITABLE)}, got {out.suffix}")
+        raise ParameterError.must("out", f"end in one of {', '.join(WRITABLE)}", out)
     if figure is not None and figure.suffix.lower() != ".png":
-        raise ParameterError(f"{figure}: a figure's suffix must be .png, got {figure.suffix}")
+        raise ParameterError.must("figure", "end in .png", figure)
     for path in filter(None, (out, figure)):
         check_writable(path)
 
@@ -204,8 +204,9 @@ def only_surface(textures: Sequence[StreamingTexture], display: str) -> SurfaceT
     """Return the only surface of a display that streams one at a time; `ParameterError` if there are others."""
     if len(textures) != 1 or not isinstance(textures[0], SurfaceTexture):
         raise ParameterError(
-            f"{display}: streams one surface at a time, a friction coefficient over displacement (or over time, with "
-            f"`speed_mm_s`); got {', '.join(texture.name for texture in textures)}"
+            display,
+            "streams one surface at a time, a friction coefficient over displacement (or over time, with its speed); "
+            f"got {', '.join(texture.name for texture in textures)}",
         )
     return textures[0]
 

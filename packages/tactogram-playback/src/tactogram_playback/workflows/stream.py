@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from annotated_types import Ge, Gt, Le
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.parameters import Count, Positive, Settings, checked
 
 if TYPE_CHECKING:
@@ -224,18 +224,19 @@ def _check_combination(
     motion: str, backend: str, display: str | None, level: str | None, track: Settings | None
 ) -> None:
     """Refuse what does not go together before anything moves."""
-    if (display is None) != (level is None):
-        raise ParameterError(
-            "a display needs a level and a level a display: give `display` and `level`, or neither"
-        )
+    if display is None and level is not None:
+        raise ParameterError.must("display", "be given with a level", remedy=Remedy("or omit", "level"))
+    if display is not None and level is None:
+        raise ParameterError.must("level", "be given with a display", remedy=Remedy("or omit", "display"))
     if backend in ("audio", "digilent") and display is None:
-        raise ParameterError(f"the {backend} backend moves an actuator: give its `display`, and `level`")
+        needed = f"be given, with its level: the {backend} backend moves an actuator"
+        raise ParameterError.must("display", needed)
     if track is not None and backend != "digilent":
-        raise ParameterError(f"the carrier of a Digilent is tracked, got the backend {backend}")
+        needed = "be digilent to track its carrier"
+        raise ParameterError.must("backend", needed, backend, remedy=Remedy("omit", "track"))
     if backend == "file" and motion in ("osc", "mouse"):
-        raise ParameterError(
-            f"backend file is not in real time, so motion cannot come from {motion}: use clock"
-        )
+        needed = f"be in real time for motion from {motion}"
+        raise ParameterError.must("backend", needed, backend, remedy=Remedy("use", "backend", "clock"))
 
 
 def _backend(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.model import Condition, material_weights, some_of
 from tactogram.models import shipped_run
 from tactogram.rendering import combined
@@ -75,9 +75,8 @@ def textures_of(
             offered: Sequence[str] = run.kind.materials
             chosen = [name for name in offered if not names or name in names]
             if not names and len(chosen) > MOST_TEXTURES:
-                raise ParameterError(
-                    f"{path} has {len(chosen)} materials; choose with `mix`: {some_of(offered)}"
-                )
+                remedy = Remedy(f"choose {some_of(offered)}, with", "mix")
+                raise ParameterError(path, f"has {len(chosen)} materials", remedy=remedy)
             made = [_of_run(run, name, settings, number) for name in chosen]
             simulated = simulated or run.simulated
         else:
@@ -89,7 +88,8 @@ def textures_of(
         textures += made
     missing = [name for name in names if name not in known]
     if missing:
-        raise ParameterError(f"`mix` must be {some_of(known, like=missing[0])}, got {missing[0]!r}")
+        name = missing[0]
+        raise ParameterError.must("mix", f"be {some_of(known, like=name)}", name, choices=known)
     return textures, simulated
 
 
@@ -153,11 +153,6 @@ def surface_of(
     name: str, signal: Signal, settings: TextureSettings, speed_mm_s: float | None
 ) -> SurfaceTexture:
     """Return a signal as a surface; one over time needs the speed at which it was recorded."""
-    if signal.domain == "time" and speed_mm_s is None:
-        raise ParameterError(
-            f"{name} is over time: give `speed_mm_s`, the speed at which it was recorded, so that it can follow "
-            "the finger"
-        )
     one, _ = combined(signal, settings.axes)
     speed = speed_mm_s if signal.domain == "time" else None
     return SurfaceTexture(name, one, rate=settings.rate, speed_mm_s=speed, along=settings.along)
