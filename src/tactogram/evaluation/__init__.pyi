@@ -28,9 +28,6 @@ from .measures.downstream import (
     classifier_features as classifier_features,
     linear_discriminant as linear_discriminant,
 )
-from .measures.geometry_score import (
-    geometry_score as geometry_score,
-)
 from .measures.intervals import (
     margin_of as margin_of,
     mean_interval as mean_interval,
@@ -53,23 +50,9 @@ from .pictures.distances import (
 from .pictures.figures import (
     COLOURS as COLOURS,
     GeneratorRow as GeneratorRow,
-    TradeOff as TradeOff,
     generated_figure as generated_figure,
-    trade_off_figure as trade_off_figure,
-)
-from .ratings.cross_modal import (
-    ALPHA as ALPHA,
-    CrossModalResult as CrossModalResult,
-    compare_cross_modal as compare_cross_modal,
-    errors_of as errors_of,
-    overall_figure as overall_figure,
-    per_word_figure as per_word_figure,
-)
-from .ratings.figures import (
-    word_map_figure as word_map_figure,
 )
 from .ratings.prediction import (
-    distances_to_targets as distances_to_targets,
     one_rater_error as one_rater_error,
     split_half_error as split_half_error,
 )

@@ -2,6 +2,7 @@ from .comparison import (
     INDEPENDENT as INDEPENDENT,
     Comparison as Comparison,
     friedman_wilcoxon as friedman_wilcoxon,
+    mann_whitney as mann_whitney,
     paired_equivalence as paired_equivalence,
     pseudomedian as pseudomedian,
     signed_rank_p as signed_rank_p,
@@ -16,6 +17,7 @@ from .figures import (
     error_figure as error_figure,
 )
 from .groups import (
+    GroupSummary as GroupSummary,
     holm as holm,
     holm_rows as holm_rows,
     nan_mean as nan_mean,

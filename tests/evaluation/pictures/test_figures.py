@@ -8,11 +8,9 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.figures import (
     GeneratorRow,
     PictureCase,
-    TradeOff,
     failures_figure,
     generated_figure,
     pictures_figure,
-    trade_off_figure,
     worst_cases,
 )
 from tactogram.features.spectrogram_picture import SpectrogramPicture
@@ -100,13 +98,3 @@ def test_every_image_and_loss_is_drawn():
 def test_a_trial_with_another_number_of_images_is_refused():
     with pytest.raises(ParameterError, match="weight 1: each trial needs 2 images"):
         generated_figure([row()], ["ID1", "ID2"])
-
-
-def test_the_trade_off_names_every_weight():
-    weights = [
-        TradeOff(f"weight {w:,}", [r], [d], [0.5], [0.2]) for w, r, d in ((1, 0.6, 90.0), (1000, 0.3, 50.0))
-    ]
-    figure = trade_off_figure(weights, distance="FID", best=0.9)
-    texts = [text.get_text() for text in figure.axes[0].texts]
-    assert {"weight 1", "weight 1,000"} <= set(texts)
-    assert "FID" in figure.axes[0].get_xlabel()

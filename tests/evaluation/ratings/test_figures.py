@@ -1,9 +1,8 @@
-"""Figures of predicted scores, and the map of words."""
+"""Figure of predicted scores."""
 
 import numpy as np
-import pytest
 
-from tactogram.evaluation.ratings.figures import prediction_figure, word_map_figure
+from tactogram.evaluation.ratings.figures import prediction_figure
 from tactogram.evaluation.ratings.prediction import (
     PredictedRatings,
 )
@@ -30,15 +29,3 @@ def test_every_word_is_shown():
     found = predicted()
     axes = prediction_figure(found, found.as_dict()).axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == list(WORDS)
-
-
-def test_word_map_keeps_distances_where_two_words_are_all_there_is():
-    kinds = {
-        "plates": {"p1": np.array([1.0, 2.0]), "p2": np.array([6.0, 3.0])},
-        "signals": {"s1": np.array([2.0, 7.0])},
-        "made": {"p1": np.array([4.0, 6.0])},
-    }
-    axes = word_map_figure(kinds, WORDS, targets={"made:p1": "plates:p1"}).axes[0]
-    [line] = [one for one in axes.lines if one.get_marker() == "None"]
-    assert np.hypot(*np.diff(line.get_xydata(), axis=0)[0]) == pytest.approx(5.0)
-    assert f"{np.sqrt(25 / 2):.1f}" in [text.get_text() for text in axes.texts]

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from tactogram.errors import ParameterError
 from tactogram.evaluation.ratings.prediction import (
     PredictedRatings,
-    distances_to_targets,
     one_rater_error,
     split_half_error,
 )
@@ -88,12 +86,3 @@ def test_one_rater_is_held_against_the_mean_of_the_others():
 def test_one_rater_for_all_says_nothing_of_agreement():
     assert np.isnan(one_rater_error(people(raters=1))).all()
     assert np.isnan(split_half_error(people(raters=3), rng=np.random.default_rng(0))).all()
-
-
-def test_distance_is_to_the_target_in_the_name():
-    targets = {"p1": np.array([1.0, 1.0]), "p2": np.array([7.0, 7.0])}
-    found = distances_to_targets({"A/p1": np.array([4.0, 5.0]), "B/p2": np.array([7.0, 7.0])}, targets)
-    assert found["A/p1"] == ("p1", pytest.approx(np.sqrt(12.5)))
-    assert found["B/p2"] == ("p2", 0.0)
-    with pytest.raises(ParameterError, match="A/p9: target must be one of p1, p2"):
-        distances_to_targets({"A/p9": np.zeros(2)}, targets)

@@ -79,5 +79,7 @@ def test_the_trained_model_streams_its_materials_at_any_speed_and_force():
     levels = [np.exp(brick.table.at(speed, 1.0).deviation[0]) for speed in (40.0, 120.0, 360.0)]
     assert levels[0] < levels[1] < levels[2]
     assert brick.level > 3 * silk.level
-    with pytest.raises(ParameterError, match="texture_flow: has 84 materials; choose one of 84, e.g.* velvet, with `mix`"):
+    with pytest.raises(
+        ParameterError, match="texture_flow: has 84 materials; choose one of 84, e.g.*, with `mix`"
+    ):
         textures_of(["texture_flow"], [], TextureSettings(8000.0, 40))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from tactogram.errors import ParameterError
 from tactogram.statistics.groups import nan_mean
 from tactogram.text_files import finite_json
 
@@ -122,28 +121,6 @@ def one_rater_error(cube: Floats) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         others = (total - cube) / (count - 1)
     return nan_mean(np.abs(cube - others), (0, 1))
-
-
-def distances_to_targets(
-    scores: Mapping[str, Floats], targets: Mapping[str, Floats]
-) -> dict[str, tuple[str, float]]:
-    """Return each generated item's target and its root mean square distance to it over words, points of the scale.
-
-    Raises `ParameterError` if a name has no target.
-
-    Parameters
-    ----------
-    scores : mapping from str to float64 array, shape (word,)
-        By item, named ``GROUP/TARGET``.
-    targets : mapping from str to float64 array, shape (word,)
-    """
-    found = {}
-    for name, row in scores.items():
-        target = name.rpartition("/")[2]
-        if target not in targets:
-            raise ParameterError(f"{name}: target must be one of {', '.join(targets)}, got {target!r}")
-        found[name] = (target, float(np.sqrt(np.nanmean((row - targets[target]) ** 2))))
-    return found
 
 
 def _correlation(said: Floats, truth: Floats) -> float | None:

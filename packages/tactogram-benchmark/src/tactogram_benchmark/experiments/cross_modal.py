@@ -16,18 +16,18 @@ from typing import Any
 from tactogram.cli.printing import columns
 from tactogram.datasets import Ratings, draw_people, read_table, score_together, score_vibrations
 from tactogram.errors import ParameterError
-from tactogram.evaluation import (
+from tactogram.evaluation import save_figure
+from tactogram.signal import Image, Signal
+from tactogram.workflows import ProgressCallback, generate_rated_surfaces, load_run
+from tactogram_benchmark.experiments.artifacts import find_or_simulate, origin_of, trained_run, write_items
+from tactogram_benchmark.experiments.cross_modal_errors import (
     ALPHA,
     CrossModalResult,
     compare_cross_modal,
     errors_of,
     overall_figure,
     per_word_figure,
-    save_figure,
 )
-from tactogram.signal import Image, Signal
-from tactogram.workflows import ProgressCallback, generate_rated_surfaces, load_run
-from tactogram_benchmark.experiments.artifacts import find_or_simulate, origin_of, trained_run, write_items
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
 
 PEOPLE = 20

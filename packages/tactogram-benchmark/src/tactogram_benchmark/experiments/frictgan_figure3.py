@@ -21,7 +21,7 @@ from torch import Tensor
 from tactogram.cli.printing import columns
 from tactogram.datasets import Store, part_examples
 from tactogram.errors import MissingExtraError, ParameterError
-from tactogram.evaluation import COLOURS, geometry_score, save_figure
+from tactogram.evaluation import COLOURS, save_figure
 from tactogram.features import FrictionBatch
 from tactogram.model import Example
 from tactogram.models.frictgan import MODELS, FrictGANLearner, compare_fabrics, fabric_windows, summary
@@ -35,6 +35,7 @@ from tactogram_benchmark.experiments.artifacts import (
     spread,
     trained_runs,
 )
+from tactogram_benchmark.experiments.geometry_score import geometry_score
 from tactogram_benchmark.experiments.picture_cells import text_of
 
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)

@@ -24,11 +24,9 @@ from tactogram.evaluation import (
     ImageQuality,
     ImageSpread,
     LabelFidelity,
-    TradeOff,
     generated_figure,
     label_fidelity,
     save_figure,
-    trade_off_figure,
 )
 from tactogram.signal import Image
 from tactogram.training import as_floats, square
@@ -43,6 +41,7 @@ from tactogram_benchmark.experiments.image_cells import (
     image_run,
     plates_of,
 )
+from tactogram_benchmark.experiments.trade_off import TradeOff, trade_off_figure
 
 MOST = 8
 """Weights in a figure."""

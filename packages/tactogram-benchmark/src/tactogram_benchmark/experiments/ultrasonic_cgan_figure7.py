@@ -20,11 +20,9 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation import (
     NEAREST,
     STRAIGHT,
-    distances_to_targets,
     one_rater_error,
     save_figure,
     split_half_error,
-    word_map_figure,
 )
 from tactogram.signal import Signal
 from tactogram.workflows import (
@@ -42,6 +40,7 @@ from tactogram_benchmark.experiments.artifacts import (
     trained_run,
     write_items,
 )
+from tactogram_benchmark.experiments.word_map import distances_to_targets, word_map_figure
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""

@@ -6,14 +6,14 @@ from scipy import stats
 
 from tactogram.datasets.ratings.ratings import Ratings, Scale
 from tactogram.errors import ParameterError
-from tactogram.evaluation.ratings.cross_modal import (
+from tactogram.statistics.comparison import steel_dwass
+from tactogram_benchmark.experiments.cross_modal_errors import (
     compare_cross_modal,
     errors_of,
     overall_figure,
     per_word_figure,
     stars,
 )
-from tactogram.statistics.comparison import steel_dwass
 
 WORDS = ("rough", "sleek")
 LATER = ("weight 1", "weight 1000", "weight 5000", "weight 10000")

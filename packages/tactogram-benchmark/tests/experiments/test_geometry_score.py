@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.geometry_score import geometry_score, relative_living_times
+from tactogram_benchmark.experiments.geometry_score import geometry_score, relative_living_times
 
 
 def ring(seed, holes=1, points=200):

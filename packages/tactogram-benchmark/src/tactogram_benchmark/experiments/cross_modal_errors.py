@@ -18,8 +18,16 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings
 from tactogram.errors import ParameterError
-from tactogram.statistics.comparison import Comparison, friedman_wilcoxon, mann_whitney, steel_dwass
-from tactogram.statistics.groups import GroupSummary, holm, nan_mean, summary
+from tactogram.statistics import (
+    Comparison,
+    GroupSummary,
+    friedman_wilcoxon,
+    holm,
+    mann_whitney,
+    nan_mean,
+    steel_dwass,
+    summary,
+)
 
 Array = NDArray[np.float64]
 ALPHA = 0.01
