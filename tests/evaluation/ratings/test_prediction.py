@@ -6,8 +6,16 @@ import pytest
 from tactogram.evaluation.ratings.prediction import (
     PredictedRatings,
     one_rater_error,
+    prediction_figure,
     split_half_error,
 )
+
+
+def test_every_word_is_shown():
+    found = predicted()
+    axes = prediction_figure(found, found.as_dict()).axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()] == list(WORDS)
+
 
 WORDS = ("rough", "sticky")
 
