@@ -56,14 +56,12 @@ from .generation.generate import (
     generate as generate,
     limits as limits,
     motion_of as motion_of,
+    run_provenance as run_provenance,
     with_materials as with_materials,
+    write_made as write_made,
 )
 from .generation.photographs import (
     description_text as description_text,
-)
-from .generation.preview import (
-    sample as sample,
-    sample_choices as sample_choices,
 )
 from .generation.word_scores import (
     ask as ask,
@@ -103,6 +101,7 @@ from .training.execution import (
 from .training.loaded_run import (
     LoadedRun as LoadedRun,
     load_run as load_run,
+    model_of as model_of,
     test_part as test_part,
 )
 from .training.model_choice import (

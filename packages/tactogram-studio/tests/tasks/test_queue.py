@@ -1,6 +1,4 @@
-import json
 import os
-import shutil
 import time
 
 import pytest
@@ -8,7 +6,6 @@ import pytest
 from tactogram.errors import DataError, ParameterError
 from tactogram.models import find
 from tactogram.recipe import parse_changes
-from tactogram.workflows.generation.preview import sample, sample_choices
 from tactogram.workflows.training.plan import TrainingRequest, check_training
 from tactogram.workflows.training.recipe_fields import assignments, recipe_fields
 from tactogram.workflows.training.train import train
@@ -126,22 +123,6 @@ def test_a_process_with_a_reused_number_is_another_one(trainings, tmp_path, unti
     assert "killed, or the machine was switched off" in trainings.status(task).message
     assert process.kill()
     until(lambda: not process.alive())
-
-
-def test_a_sample_is_selected_by_name(workspace, tmp_path):
-    run = tmp_path / "voices"
-    shutil.copytree(workspace / "studio/first/voices", run)
-    names = [f"luncheon-mat-0{number}" for number in (1, 2, 3)]
-    names = ["artificial-grass", "carpet", "cloth", "cork-sheet", *names, "punched-plastic-sheet", "tile"]
-    assert sample_choices(run) == names
-    assert sample(run, of="tile")["of"] == "tile"
-    assert (run / "samples/end-tile.wav").is_file()
-    with pytest.raises(ParameterError, match="must be of one of artificial-grass, .* got 'foam'"):
-        sample(run, of="foam")
-    (run / "model.json").unlink()  # an unfinished run: the names come from its data
-    data = json.loads((run / "data.json").read_text())
-    (run / "data.json").write_text(json.dumps({**data, "path": str(workspace / STORE)}))
-    assert sample_choices(run) == names
 
 
 def test_a_run_continued_elsewhere_is_reported(trainings, workspace):

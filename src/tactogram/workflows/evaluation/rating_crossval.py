@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings
 from tactogram.errors import ParameterError, Remedy
-from tactogram.evaluation.ratings.prediction import prediction_figure
-from tactogram.evaluation.ratings.prediction import PredictedRatings
+from tactogram.evaluation.ratings.prediction import PredictedRatings, prediction_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
 from tactogram.recipe import run_id

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets import Ratings, Scale, Split, Store, item_of, open_store
 from tactogram.errors import LeakError, ParameterError, Remedy
-from tactogram.evaluation.ratings.prediction import prediction_figure
-from tactogram.evaluation.ratings.prediction import PredictedRatings
+from tactogram.evaluation.ratings.prediction import PredictedRatings, prediction_figure
 from tactogram.evaluation.ratings.reproduction import constant_error, reproduction
 from tactogram.evaluation.report import ReportFigure, ReportSection, save_figure
 from tactogram.signal import Image, Signal

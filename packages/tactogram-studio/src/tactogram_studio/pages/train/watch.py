@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
@@ -206,7 +207,7 @@ class _RunView:
             ui.timer(0.05, partial(self._load_sample_choices, choice), once=True)
 
     async def _load_sample_choices(self, choice: ui.select) -> None:
-        self.sample_choices = await kit.call_workflow("sample_choices", self.folder)
+        self.sample_choices = await kit.in_background(_sample_choices, self.folder)
         if not choice.is_deleted:
             choice.set_options(self.sample_choices, value=next(iter(self.sample_choices), None))
 
@@ -275,7 +276,7 @@ class _RunView:
 
     async def _generate_sample(self, button: ui.button) -> None:
         with kit.busy("Generating a sample", button=button):
-            await kit.call_workflow("sample", self.folder, of=self.sample_of)
+            await kit.in_background(_sample, self.folder, self.sample_of)
         self.samples.refresh()
 
     async def _ask_delete(self) -> None:
@@ -292,3 +293,15 @@ class _RunView:
             return
         for task in self.trainings.of(self.name):  # a training that never started has no folder
             self.trainings.forget(task.id)
+
+
+def _sample_choices(folder: Path) -> list[str]:
+    from tactogram_studio.tasks.run_samples import sample_choices  # brings torch
+
+    return sample_choices(folder)
+
+
+def _sample(folder: Path, of: str | None) -> None:
+    from tactogram_studio.tasks.run_samples import sample  # brings torch
+
+    sample(folder, of=of)

@@ -13,15 +13,22 @@ from tactogram.datasets import Split, Store, label_of, part_examples, signal_kin
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Condition, ImageKind, Kind, Model
 from tactogram.signal import Image
-from tactogram.training.run import Run
-from tactogram.workflows.generation.generate import generate, run_provenance, write_made
-from tactogram.workflows.training.loaded_run import LoadedRun, load_run, model_of, test_part
-from tactogram.workflows.training.rated_examples import RatingData
+from tactogram.training import Run, load_state
+from tactogram.workflows import (
+    LoadedRun,
+    RatingData,
+    generate,
+    load_run,
+    model_of,
+    run_provenance,
+    test_part,
+    write_made,
+)
 
 SAMPLE_S = 2.0
 
 
-def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -> LoadedRun:
+def load_unfinished(folder: Path | str) -> LoadedRun:
     """Return the run in ``folder`` at its last checkpoint.
 
     Raises
@@ -29,14 +36,12 @@ def load_unfinished(folder: Path | str, *, model_folders: Sequence[Path] = ()) -
     RunError
         If there is no checkpoint yet, or the training data is gone.
     """
-    from tactogram.training.checkpoint import load_state
-
     run = Run.open(Path(folder))
     path = run.folder / "checkpoint.safetensors"
     if not path.is_file():
         raise RunError(f"{run.folder}: has no checkpoint yet; wait for the first one")
     recipe, (store, split) = run.recipe, test_part(run)
-    facts = model_of(run, model_folders).of(images=not len(store))
+    facts = model_of(run).of(images=not len(store))
     kind: Kind
     if facts.learns_from == "recordings":
         examples = part_examples(store, split, "train", recipe.prepare, label=run.data["label"])
@@ -82,7 +87,7 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     -------
     dict
         ``file``, ``of``, ``stage`` and ``step`` (null of a finished run), and the facts of
-        `tactogram.workflows.generation.generate.write_made`.
+        `tactogram.workflows.write_made`.
 
     Raises
     ------
@@ -91,8 +96,6 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
     RunError
         If there is no checkpoint yet.
     """
-    from tactogram.training.checkpoint import load_state
-
     folder = Path(folder)
     finished = Run.open(folder).finished
     loaded = load_run(folder) if finished else load_unfinished(folder)
