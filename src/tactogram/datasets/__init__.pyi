@@ -1,7 +1,6 @@
 from .cells import (
     cell_text as cell_text,
     check_parquet as check_parquet,
-    finite_number as finite_number,
     read_cells as read_cells,
 )
 from .examples import (

@@ -1,5 +1,4 @@
 from .phase import (
-    gradient_phase as gradient_phase,
     recover as recover,
     spectral_convergence as spectral_convergence,
 )

@@ -45,8 +45,6 @@ from .matlab import (
     check_unpacked as check_unpacked,
 )
 from .picture import (
-    MOST_PIXELS as MOST_PIXELS,
-    PICTURE_FORMATS as PICTURE_FORMATS,
     decode_image as decode_image,
     decode_image_metadata as decode_image_metadata,
     picture_size as picture_size,
