@@ -180,7 +180,7 @@ def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection
     rows = [
         ("strokes", results["recording_accuracy"], f"{low:.2f} – {high:.2f}", results["recordings"]),
         (
-            f"windows of {classifier.config.input_samples} samples",
+            f"windows of {classifier.config.input_samples(classifier.kind.rate)} samples",
             results["window_accuracy"],
             "–",
             results["windows"],
