@@ -139,8 +139,8 @@ def test_what_a_model_does_not_do_is_refused_or_empty():
 
 
 def test_the_window_is_that_of_the_configuration():
-    assert models.find("stroke_cnn").config({"window": 96}).input_samples == 96
-    assert ModelConfig().input_samples == 0
+    assert models.find("stroke_cnn").config({"window": 96}).input_samples(330.0) == 96
+    assert ModelConfig().input_samples(330.0) == 0
 
 
 def test_a_simulated_source_follows_a_plan():

@@ -160,7 +160,7 @@ class StrokeStatisticsLearner(Model):
     def _fit(
         self, features: NDArray[np.float64], material: NDArray[np.int64], recording: NDArray[np.int64]
     ) -> None:
-        """Fit the discriminant to features, (window, feature), by each recording's material, each window's recording."""
+        """Fit the discriminant to features, (window, feature); materials are those of recordings."""
         network = self.network
         mean, deviation = features.mean(0), np.maximum(features.std(0), LEAST_DEVIATION)
         x = (features - mean) / deviation
