@@ -59,6 +59,13 @@ class Classifier(nn.Module):
     white, along the directions in which the means of the materials differ.
     """
 
+    scale: Tensor
+    mean: Tensor
+    deviation: Tensor
+    directions: Tensor
+    places: Tensor
+    temperature: Tensor
+
     def __init__(self, axes: int, samples: int, materials: int) -> None:
         super().__init__()
         self.statistics = Statistics(axes, samples)
