@@ -37,9 +37,9 @@ OWN = {
     "set_validation": {"pix2pix", "pix2pixhd", "residue_fusion_gan", "stroke_cnn", "visual_tactile_gan"},
     "outcome": {"stroke_cnn", "ultrasonic_cgan"},
     "figures": {"ultrasonic_cgan"},
-    "exported_networks": {"stroke_cnn"},
-    "window_probabilities": {"stroke_cnn"},
-    "embed": {"stroke_cnn"},
+    "exported_networks": {"stroke_cnn", "stroke_statistics"},
+    "window_probabilities": {"stroke_cnn", "stroke_statistics"},
+    "embed": {"stroke_cnn", "stroke_statistics"},
     "classify_photograph": {"nearest_photo", "residue_fusion_gan", "texture_flow", "visual_tactile_gan"},
     "prediction_facts": {"texture_flow"},
     "evaluate_as_published": {"frictgan"},
@@ -139,8 +139,8 @@ def test_what_a_model_does_not_do_is_refused_or_empty():
 
 
 def test_the_window_is_that_of_the_configuration():
-    assert models.find("stroke_cnn").config({"window": 96}).input_samples == 96
-    assert ModelConfig().input_samples == 0
+    assert models.find("stroke_cnn").config({"window": 96}).input_samples(330.0) == 96
+    assert ModelConfig().input_samples(330.0) == 0
 
 
 def test_a_simulated_source_follows_a_plan():

@@ -23,7 +23,6 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("tactogram.datasets.examples.cores", lambda: 1)
     monkeypatch.setattr("tactogram.workflows.training.train.train", partial(train, recipe="tiny"))
     monkeypatch.setattr(module, "PER_CLASS", 8)
-    monkeypatch.setattr(module, "CLASSIFIER_STEPS", 100)
     monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
     monkeypatch.setattr(module, "EVALUATION", {"steps": 20, "most": 4})
     result = {}

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tactogram.cli.printing import Printer
     from tactogram.workflows.training.loaded_run import LoadedRun
 
-Purpose = Literal["generate", "photograph", "words"]
+Purpose = Literal["recognition", "generate", "photograph", "words"]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 

@@ -29,9 +29,8 @@ class ModelConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
-    @property
-    def input_samples(self) -> int:
-        """Samples of the model's input, where it has one length: the window of ``live``; 0 if any will do."""
+    def input_samples(self, rate: float) -> int:
+        """Return the samples of the model's input at a sampling rate in Hz: the window of ``live``; 0 if any will do."""
         return 0
 
 

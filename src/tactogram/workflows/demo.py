@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 MARK = "made-by-tactogram-demo"
 UNKNOWN = "cork-sheet"
 """Surface left out of training, to test "none of these"."""
-PER_CLASS, CLASSIFIER_STEPS, GENERATOR_STEPS = 16, 220, 100
+PER_CLASS, GENERATOR_STEPS = 16, 100
 EVALUATION = {"steps": 200}
 MIX = ("tile", "carpet")
 NAMED = (
@@ -84,15 +84,15 @@ def demo(
     simulate_to_store("stroking9", folder / "data", seed=seed, per_class=PER_CLASS, progress=progress)
     store = open_store(folder / "data")
 
-    def trained(model: str, steps: int) -> LoadedRun:
-        changes = {"config.steps": steps, "seed": seed}
+    def trained(model: str, **changes: int) -> LoadedRun:
+        changes["seed"] = seed
         others = {"material": f"!{UNKNOWN}"}
         train(model, folder / "data", changes=changes, where=others, out=folder / model, progress=progress)
         return load_run(folder / model)
 
-    classifier = trained("stroke_cnn", CLASSIFIER_STEPS)
+    classifier = trained("stroke_statistics")
     classified = evaluate(classifier, unknown=True, progress=progress)
-    generator = trained("texture_gan", GENERATOR_STEPS)
+    generator = trained("texture_gan", **{"config.steps": GENERATOR_STEPS})
     generated, generated_sections = evaluate_run(generator, evaluation=EVALUATION, progress=progress)
     mixes = mix_ladder(generator, *MIX, steps=5, signals=4, seconds=3.0, seed=seed, progress=progress)
     for step, signal in enumerate(mixes.shown):
@@ -180,7 +180,7 @@ def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection
     rows = [
         ("strokes", results["recording_accuracy"], f"{low:.2f} – {high:.2f}", results["recordings"]),
         (
-            f"windows of {classifier.config.input_samples} samples",
+            f"windows of {classifier.config.input_samples(classifier.kind.rate)} samples",
             results["window_accuracy"],
             "–",
             results["windows"],
@@ -241,8 +241,8 @@ def _how(seed: int) -> str:
     others = f"--where 'material=!{UNKNOWN}'"
     return (
         f"tactogram data simulate stroking9 --per-class {PER_CLASS} --seed {seed} --out data; "
-        f"tactogram train stroke_cnn --data data {others} --set config.steps={CLASSIFIER_STEPS} --set seed={seed} "
-        f"--out stroke_cnn; tactogram evaluate stroke_cnn --unknown; "
+        f"tactogram train stroke_statistics --data data {others} --set seed={seed} "
+        f"--out stroke_statistics; tactogram evaluate stroke_statistics --unknown; "
         f"tactogram train texture_gan --data data {others} --set config.steps={GENERATOR_STEPS} --set seed={seed} "
         f"--out texture_gan; tactogram evaluate texture_gan --evaluation steps={EVALUATION['steps']}; "
         f"tactogram mix texture_gan {' '.join(MIX)} --steps 5 --signals 4 --seconds 3 --seed {seed}. "

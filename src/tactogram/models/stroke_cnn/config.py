@@ -49,9 +49,8 @@ class Config(ModelConfig):
         """Samples from one window of a recording to the next."""
         return max(1, round(self.window * self.hop))
 
-    @property
-    def input_samples(self) -> int:
-        """Samples of a window."""
+    def input_samples(self, rate: float) -> int:
+        """Return the samples of a window, at any rate."""
         return self.window
 
     def passes(self, samples: int) -> float:

@@ -1,4 +1,4 @@
-"""Choice of a model: the one that measured closest to recordings for what it will be given (docs/results.md)."""
+"""Choice of a model: the one that measured best for what it is for (docs/results.md)."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tu
     if not has.get(purpose, True):
         problem = f"{purpose} needs a store with {_NEEDED[purpose]}, {store.path} has none"
         raise ParameterError(problem, parameter="purpose")
+    if purpose == "recognition":
+        return "stroke_statistics", "quick", "names surfaces as well as stroke_cnn, in seconds"
     if not len(store):
         return FLOW, "image", "generates images, from any words"
     first = store.index[0].id

@@ -183,7 +183,8 @@ def block_splits(
     """Return a split for each of ``blocks`` contiguous parts of every recording, one window apart from the others."""
     stream = recipe.prepare.stream_of(tuple(store.streams))
     seconds = {info.id: store.length(info.id, stream) / store.rate(info.id, stream) for info in index}
-    gap = config.input_samples / recipe.prepare.rate_of(store.rate(index[0].id, stream))
+    rate = recipe.prepare.rate_of(store.rate(index[0].id, stream))
+    gap = config.input_samples(rate) / rate
     if (shortest := min(seconds.values())) < 3 * gap * blocks:
         raise ParameterError(
             f"{blocks} blocks of a recording need at least {3 * gap * blocks:.3g} s, got {shortest:.3g} s",

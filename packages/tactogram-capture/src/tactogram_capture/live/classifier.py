@@ -35,7 +35,7 @@ class LiveClassifier:
             )
         self.loaded, rate = loaded, loaded.kind.rate
         # Two spare samples: a slightly wrong rate must not make a window too short.
-        least = loaded.config.input_samples + 2
+        least = loaded.config.input_samples(rate) + 2
         if window_s is None and least == 2:
             raise ParameterError(
                 f"{loaded.facts.name} does not state the length of its input",

@@ -62,7 +62,7 @@ class LiveForm:
             names = {run.name: f"{run.name} ({len(run.kind.materials)} materials)" for run in runs}
             self.fields.choice("run", {"": "no classifier: traces only", **names}, "Classifier", "")
             if not names:
-                kit.hint("No classifier in this workspace yet: train stroke_cnn on the page Train.")
+                kit.hint("No classifier in this workspace yet: train stroke_statistics on the page Train.")
             return ui.button("Listen", icon="hearing", on_click=lambda: self._start(recording=False))
 
     def _record_card(self) -> ui.button:
