@@ -45,7 +45,7 @@ def test_the_python_page_has_every_public_name():
 @pytest.mark.slow
 def test_the_examples_of_the_python_page_run_in_their_order(tmp_path):
     shell, *python = re.findall(r"<!-- api -->\n```(\w+)\n(.*?)```", text_of("api"), re.DOTALL)
-    assert [language for language, _ in python] == ["python"] * 7
+    assert [language for language, _ in python] == ["python"] * 8
     for command in (["bash", "-euc", shell[1]], [sys.executable, "-c", "".join(code for _, code in python)]):
         done = subprocess.run(
             command, cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True, check=False

@@ -93,7 +93,7 @@ def test_what_is_no_array_of_numbers_is_one_line(samples):
 def test_what_is_no_signal_is_refused_with_how_to_make_one(value, got, tmp_path):
     with pytest.raises(ParameterError, match=f"^signal must be a Signal, .* got {got}; ") as refused:
         write_signal(tmp_path / "x.wav", value)
-    assert (refused.value.parameter, refused.value.expected) == ("signal", "a Signal")
+    assert (refused.value.parameter, refused.value.expected) == ("signal", "be a Signal")
     assert refused.value.value is value
     assert not (tmp_path / "x.wav").exists()
 

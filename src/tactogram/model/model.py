@@ -30,7 +30,7 @@ class ModelConfig(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     def input_samples(self, rate: float) -> int:
-        """Return the samples of the model's input at a sampling rate in Hz: the window of ``live``; 0 if any will do."""
+        """Return the samples of its input at a sampling rate in Hz: the window of ``live``; 0 if any will do."""
         return 0
 
 

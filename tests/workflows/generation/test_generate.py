@@ -4,7 +4,6 @@ import json
 import shlex
 import shutil
 import sys
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -211,11 +210,11 @@ def test_the_page_make_generates_from_text_and_photograph_as_the_command_line_do
     write_image(tmp_path / "coarse.png", photograph(3.7, 99))
     state = MakePageState(workspace, ResultArchive(tmp_path / "shelf"), GeneratingRuns(workspace), {})
     state.choose("runs/own")
-    state.set(photo="coarse.png" * photographed, seconds=0.5, seed=3)
-    assert state.runs.described(replace(state.request, photo=""), "slate").weights == {"slate": 1.0}
+    state.set(image="coarse.png" * photographed, seconds=0.5, seed=3)
+    assert state.runs.described(state.request.changed(image=""), "slate").weights == {"slate": 1.0}
     asked = state.runs.described(state.request, "flint stone")
-    assert asked.text == "flint stone"
-    state.set(text=asked.text)
+    assert asked.values["text"] == "flint stone"
+    state.set(text="flint stone")
     [(_, made)] = state.runs.generate(state.request)
     said = state.runs.said(state.request)
     assert said["prediction"]["given"] == (["image", "text"] if photographed else ["text"])

@@ -215,6 +215,6 @@ def test_session_says_and_stores_what_the_columns_are(boards, port, tmp_path, ca
 
     log = str(tmp_path / "store.sessions/plan/raw-001.log")
     assert main(["capture-log", log]) == 0
-    assert ("e.g. `--set unit=g/16384`" in capsys.readouterr().err) is not heading
+    assert ("`--set unit=g/16384`" in capsys.readouterr().err) is not heading
     assert main(["capture-log", log, "--set", "unit=g/16384"]) == 0
     assert "x/y/z in m/s^2 at 250" in capsys.readouterr().out

@@ -7,7 +7,7 @@ from dataclasses import asdict, replace as replace_field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tactogram.errors import DataError, MissingExtraError, ParameterError, Remedy
+from tactogram.errors import DataError, Message, MissingExtraError, ParameterError, Remedy
 from tactogram.parameters import Settings, checked
 
 if TYPE_CHECKING:
@@ -152,7 +152,9 @@ def _notes(files: Sequence[Path | str], tables: Sequence[RatingsTable]) -> list[
     for file, table in zip(files, tables, strict=True):
         for note in table.notes:
             about.setdefault(note, []).append(str(file))
-    return [f"{own[0] if len(own) == 1 else f'{len(own)} files'}: {note}" for note, own in about.items()]
+    return [
+        Message(note, place=own[0] if len(own) == 1 else f"{len(own)} files") for note, own in about.items()
+    ]
 
 
 def _columns(settings: Mapping[str, Any], files: int) -> list[RatingColumns]:

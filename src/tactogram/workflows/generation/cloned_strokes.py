@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import Recording
-from tactogram.errors import ParameterError, Remedy
+from tactogram.errors import Message, ParameterError, Remedy
 from tactogram.model import Condition
 from tactogram.signal import Signal
 from tactogram.signal.io import read_image, read_signal
@@ -100,7 +100,7 @@ def described_surfaces(
         recording = read_signal(file, **reading)
         found[file.stem] = {"vibration": loaded.prepare_vibration(recording), **known}
         notes = *limits(loaded, known), *loaded.missing_band(recording)
-        limited += [f"{file.stem}: {note}" for note in notes]
+        limited += [Message(note, place=file.stem) for note in notes]
     found |= {Path(file).stem: {"image": read_image(file)} for file in images}
     found |= {name: {"material": name} for name in materials}
     if words:

@@ -5,6 +5,7 @@ from typing import Any
 
 from tactogram.cli.printing import Printer, columns, text_of
 from tactogram.cli.verbs import Verb
+from tactogram.errors import Message
 
 
 def _plans(show: Printer) -> None:
@@ -69,7 +70,7 @@ def _log_text(result: dict[str, Any]) -> str:
 
 def _log_notes(result: dict[str, Any]) -> Iterator[str]:
     for one in result["sensors"]:
-        yield from (f"{one['name']}: {note}" for note in one["facts"].get("notes", ()))
+        yield from (Message(note, place=one["name"]) for note in one["facts"].get("notes", ()))
 
 
 WORKFLOWS = "tactogram_capture.workflows"

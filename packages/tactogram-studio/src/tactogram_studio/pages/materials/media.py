@@ -130,7 +130,9 @@ def draw_similar(
         measure = ui.select(options, label="Compare by", value=stored if stored in options else SPECTRAL)
         measure.classes("w-full max-w-lg")
         if not runs:
-            ui.link("Train a classifier to predict the material", "/train?model=stroke_statistics").classes("small")
+            ui.link("Train a classifier to predict the material", "/train?model=stroke_statistics").classes(
+                "small"
+            )
         place = kit.column(gap=1).props('aria-live="polite"')
 
         async def show() -> None:
