@@ -19,6 +19,7 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.classification import pooled
 from tactogram.model import Example, ExportedNetwork, Model, ModelConfig, Port, SignalKind, Stage
 from tactogram.models.stroke_statistics.features import FRAMES_LEAST, LENGTHS, Statistics
+from tactogram.nn.initial_weights import for_export
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_generator, child_rng
 
@@ -224,8 +225,10 @@ class StrokeStatisticsLearner(Model):
     def _logits(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the logits of features before the temperature: (window, feature) -> (window, material)."""
         network = self.network
-        embedded = network.standardised(torch.from_numpy(features).float()) @ network.directions
-        logits: NDArray[np.float64] = network.logits(embedded).double().numpy()
+        embedded = (
+            network.standardised(torch.from_numpy(features).float().to(self.device)) @ network.directions
+        )
+        logits: NDArray[np.float64] = network.logits(embedded).double().cpu().numpy()
         return logits
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -281,7 +284,7 @@ class StrokeStatisticsLearner(Model):
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         shape = DRAWN, len(self.kind.axes), self.samples
-        network = self.network.cpu().eval()
+        network = for_export(self.network)
 
         def draw(seed: int) -> tuple[Tensor]:
             return (torch.randn(shape, generator=child_generator(seed, "export")) * network.scale,)
