@@ -17,7 +17,6 @@ ENVIRONMENT = {
     "PYTHONWARNINGS": "error",
 }
 SHORTER = {
-    "config.steps=60": "config.steps=10",
     "--per-class 8 --seconds 3": "--per-class 3 --seconds 1",
     "--signals 3 --seconds 3": "--signals 2 --seconds 1",
     "--seconds 5 --out corduroy.wav": "--seconds 2 --out corduroy.wav",

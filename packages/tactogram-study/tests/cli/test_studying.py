@@ -32,7 +32,7 @@ def test_the_shipped_studies_are_listed(printed):
             ["simulate", "STUDY", "--out", "OUT", "--participants", "0"],
             "participants must be greater than or equal to 1, got 0",
         ),
-        (["export", "OUT"], "export needs a target: --out, --bids, or both"),
+        (["export", "OUT"], "export needs a target; give --out, or --bids"),
         (["export", "OUT", "--out", "a.csv"], "no study was begun here"),
         (["withdraw", "OUT", "P1"], "no study was begun here"),
     ],
