@@ -192,8 +192,8 @@ def _classified(classifier: LoadedRun, results: dict[str, Any]) -> ReportSection
         "Classification",
         [
             ReportText(
-                "The network of Saga et al. (2020): six 1 x 5 convolutions that treat the three axes alike. It is "
-                f"tested on strokes that it was not trained on; {UNKNOWN} was left out."
+                "stroke_statistics: a linear discriminant on levels, fluctuations and distributions of each second. It "
+                f"is tested on strokes that it was not trained on; {UNKNOWN} was left out."
             ),
             ReportTable(("classified correctly", "share", "95 % interval (Wilson)", "of"), rows),
             ReportFigure(
@@ -219,7 +219,7 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
         "What is it like?",
         [
             ReportText(
-                "A search engine for surfaces: the network embeds a new stroke, and its nearest neighbours are "
+                "A search engine for surfaces: the classifier embeds a new stroke, and its nearest neighbours are "
                 "listed. A stroke beyond the threshold of the nearest one's material is none of these."
             ),
             ReportTable(("touched", "nearest (distance)", "verdict"), rows, facts),

@@ -1,12 +1,12 @@
 """Search index of a run: recordings as vectors, and the distance beyond which a surface is none of them.
 
-The vector of a recording is the last hidden layer of the classifier averaged over its windows, scaled to length 1, and
-its level in half octaves: the layer keeps what tells the known materials apart, and the spectrum shows what is unlike
+The vector of a recording is its embedding by the classifier, averaged over its windows and scaled to length 1, and its
+level in half octaves: the embedding keeps what tells the known materials apart, and the spectrum shows what is unlike
 all of them. Both count alike. Distances are Euclidean after the vectors were whitened by how recordings of one material
 differ (within-class covariance normalisation, Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it
 says about the material. A recording is "none of these" when its nearest neighbour (Sun et al. 2022,
 "Out-of-distribution detection with deep nearest neighbors") is beyond the `prediction_limit` of recordings of known
-materials that the network was not trained on.
+materials that the classifier was not trained on.
 """
 
 from __future__ import annotations

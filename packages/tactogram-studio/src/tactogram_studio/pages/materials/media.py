@@ -175,7 +175,7 @@ def _search(
     result = search(workspace.inside(run), signal, data=store.path, count=COUNT + len(without))
     nearest = [each for each in result["nearest"] if each["id"] not in without][:COUNT]
     measure = (
-        "Distance in the classifier's last hidden layer; 1: two recordings of one material. A signal farther than "
+        "Distance in the classifier's embedding; 1: two recordings of one material. A signal farther than "
         f"{result['threshold']:.3g} from the nearest recording, the limit of {result['nearest'][0]['material']}, is "
         "none of these. "
         f"{calibration_text(result['calibrated_on'])}"
