@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier, pooled
+from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.model import Example, Model
 from tactogram.signal import Signal
+from tactogram.statistics import pooled
 
 
 class SampleClassifier(Model):
@@ -55,13 +56,6 @@ def test_a_classifier_without_windows_classifies_whole_recordings():
     result = evaluate_classifier(Whole(), [example("a", 0.1, 0.9, 0.9), example("b", 0.6, 0.4, 0.8)])
     np.testing.assert_array_equal(result.windows, [[0, 1], [0, 1]])
     np.testing.assert_array_equal(result.recordings, result.windows)
-
-
-def test_pooling_by_hand():
-    windows = np.array([[0.5, 0.5], [0.1, 0.9]])
-    a, b = np.sqrt(0.5 * 0.1), np.sqrt(0.5 * 0.9)
-    np.testing.assert_allclose(pooled(windows), [a / (a + b), b / (a + b)])
-    assert pooled(np.array([[0.0, 1.0], [0.9, 0.1]])).argmax() == 1
 
 
 def test_folds_add_up():

@@ -1,4 +1,4 @@
-"""Summaries, means without what is missing, and Holm's correction against statsmodels."""
+"""Summaries, means without what is missing, pooled probabilities, and Holm's correction against statsmodels."""
 
 import warnings
 
@@ -8,7 +8,7 @@ from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
 from tactogram.errors import ParameterError
-from tactogram.statistics.groups import holm, holm_rows, nan_mean, summary
+from tactogram.statistics.groups import holm, holm_rows, nan_mean, pooled, summary
 
 
 @pytest.mark.parametrize("ps", [[0.04], [0.01, 0.04, 0.03, 0.005], [0.5, 0.5, 0.02], [0.0, 1.0, 0.2]])
@@ -52,3 +52,10 @@ def test_means_leave_out_what_is_missing_without_a_warning():
         np.testing.assert_array_equal(nan_mean(values, 0), [1, np.nan, 4])
         np.testing.assert_array_equal(nan_mean(values, 1, keepdims=True), [[2], [5]])
     assert nan_mean(values, (0, 1)) == 3
+
+
+def test_pooling_by_hand():
+    windows = np.array([[0.5, 0.5], [0.1, 0.9]])
+    a, b = np.sqrt(0.5 * 0.1), np.sqrt(0.5 * 0.9)
+    np.testing.assert_allclose(pooled(windows), [a / (a + b), b / (a + b)])
+    assert pooled(np.array([[0.0, 1.0], [0.9, 0.1]])).argmax() == 1

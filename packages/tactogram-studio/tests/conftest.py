@@ -272,3 +272,24 @@ def tones(tmp_path):
         for number, (hz, rate) in enumerate([(50, 1000.0), (100, 1000.0), (200, 1000.0), (100, 2000.0)])
     )
     return create_store(tmp_path / "tones", made, name="tones", licence="made in a test")
+
+
+SHORT = {"design.repeats": 4, "practice": {"trials": 1}, "grid.items": ["tile"]}
+
+
+@pytest.fixture
+def session(tmp_path):
+    """Give a session of a short ABX study: P1 is at its third trial, P2 reads the consent."""
+    from tactogram_study.session.store import SessionStore
+    from tactogram_study.workflows.sessions import begin_session
+
+    folder = begin_session("abx", tmp_path / "sessions" / "pilot", changes=SHORT)
+    with SessionStore(folder) as store:
+        for code in ("P1", "P2"):
+            store.enrol(code)
+        store.submit("P1", "consent", {"consent": "agreed"}, device={"px_per_mm": 6.25, "refresh_hz": 59.94})
+        for token in ("practice-1.1", "trial-1.1", "trial-2.1"):
+            store.submit(
+                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_a": 480.2, "finger_speed_mm_s_b": 510}
+            )
+        yield store

@@ -9,8 +9,6 @@ from tactogram.errors import DataError, ParameterError
 from tactogram_studio import application
 from tactogram_studio.serving import run_study, shown_qr_code
 from tactogram_study.participants.prepared_stimuli import PreparedStimuli
-from tactogram_study.session.store import SessionStore
-from tactogram_study.workflows.sessions import begin_session
 
 ADDRESS = "https://192.0.2.7:8123/join/abcdefghijklmnopqrstuv"
 
@@ -45,24 +43,6 @@ def test_a_study_that_cannot_be_served_is_refused_before_it_begins(tmp_path, mon
     with pytest.raises(ParameterError, match="full scale"):
         run_study("abx", out=out, changes=changes, port=0, show=PRINTER)
     assert not (tmp_path / "session").exists()
-
-
-SHORT = {"design.repeats": 4, "practice": {"trials": 1}, "grid.items": ["tile"]}
-
-
-@pytest.fixture
-def session(tmp_path):
-    """Give a session of a short ABX study: P1 is at its third trial, P2 reads the consent."""
-    folder = begin_session("abx", tmp_path / "sessions" / "pilot", changes=SHORT)
-    with SessionStore(folder) as store:
-        for code in ("P1", "P2"):
-            store.enrol(code)
-        store.submit("P1", "consent", {"consent": "agreed"}, device={"px_per_mm": 6.25, "refresh_hz": 59.94})
-        for token in ("practice-1.1", "trial-1.1", "trial-2.1"):
-            store.submit(
-                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_a": 480.2, "finger_speed_mm_s_b": 510}
-            )
-        yield store
 
 
 def test_a_session_goes_on_as_it_was_begun_under_the_addresses_that_others_are_given(

@@ -3,9 +3,6 @@ from .checkpoint_selection import (
     choose as choose,
     smoothed as smoothed,
 )
-from .classification import (
-    pooled as pooled,
-)
 from .generation.comparison import (
     CEILING as CEILING,
     FLOOR as FLOOR,

@@ -12,6 +12,7 @@ from scipy.stats import binomtest
 
 from tactogram.errors import ParameterError
 from tactogram.model import Example, Model
+from tactogram.statistics import pooled
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,19 +96,6 @@ def evaluate_classifier(
         recordings[true, pooled(probabilities).argmax()] += 1
         on_example()
     return ClassificationResult(classifier.materials, windows, recordings)
-
-
-def pooled(windows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the probabilities of a recording: the mean of its windows' log probabilities, made to sum to 1.
-
-    From shape (window, class) to (class,). In the geometric mean, a window that excludes a class counts more than an
-    undecided one; it has fewer errors on recordings than the arithmetic mean (linear and logarithmic opinion pools,
-    Genest and Zidek 1986).
-    """
-    log = np.log(np.maximum(windows, 1e-12)).mean(axis=0)
-    share = np.exp(log - log.max())
-    probabilities: NDArray[np.float64] = share / share.sum()
-    return probabilities
 
 
 def _share(counts: NDArray[np.int64], row: int) -> float | None:

@@ -21,6 +21,7 @@ from .groups import (
     holm as holm,
     holm_rows as holm_rows,
     nan_mean as nan_mean,
+    pooled as pooled,
     summary as summary,
 )
 from .reliability import (

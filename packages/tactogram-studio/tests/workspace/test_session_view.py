@@ -18,24 +18,7 @@ from tactogram_studio.workspace.session_view import (
 )
 from tactogram_study.session.store import SessionStore
 from tactogram_study.workflows.answers import export_zip
-from tactogram_study.workflows.sessions import begin_session, simulate_session
-
-SHORT = {"design.repeats": 4, "practice": {"trials": 1}, "grid.items": ["tile"]}
-
-
-@pytest.fixture
-def session(tmp_path):
-    """Give a session of a short ABX study: P1 is at its third trial, P2 reads the consent."""
-    folder = begin_session("abx", tmp_path / "sessions" / "pilot", changes=SHORT)
-    with SessionStore(folder) as store:
-        for code in ("P1", "P2"):
-            store.enrol(code)
-        store.submit("P1", "consent", {"consent": "agreed"}, device={"px_per_mm": 6.25, "refresh_hz": 59.94})
-        for token in ("practice-1.1", "trial-1.1", "trial-2.1"):
-            store.submit(
-                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_a": 480.2, "finger_speed_mm_s_b": 510}
-            )
-        yield store
+from tactogram_study.workflows.sessions import simulate_session
 
 
 def test_the_view_says_where_everybody_is(session):

@@ -13,40 +13,34 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import pooled
-from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Model, Port, SignalKind, Stage
+from tactogram.model import WHOLE_BATCH, BatchShare, Example, ExportedNetwork, Stage
 from tactogram.models.stroke_cnn.config import MOST_PASSES, SETTLED, Config
 from tactogram.models.stroke_cnn.networks import Standardised, StrokeCNN
 from tactogram.nn.initial_weights import bare, for_export
 from tactogram.signal import Signal
-from tactogram.training.seeds import child_generator, child_rng, torch_seeded
+from tactogram.training.seeds import child_rng, torch_seeded
+from tactogram.training.window_classifier import WindowClassifier
 
 AT_ONCE = 256
 """Windows per forward pass when a recording is classified; bounds the memory."""
-DRAWN = 4
-"""Windows in a batch of typical inputs."""
 
 
-class StrokeCNNLearner(Model):
+class StrokeCNNLearner(WindowClassifier):
     """The classifier of Saga et al., Sec. II."""
 
     config: Config
-    kind: SignalKind
-    divides_batches = embeds = True
+    divides_batches = True
     saved = ("network", "mean", "scale")
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        kind = self.kind
-        if len(kind.materials) < 2:
-            raise ParameterError(f"a classifier needs at least 2 materials, got {len(kind.materials)}")
         self.network: Any = self._untrained().to(self.device)
         self.validation: Sequence[Example] = ()
         self.short_accuracy: float | None = None
         self.schedule: Any = None
         self.backward: Callable[[Tensor], None] = Tensor.backward
-        self.mean = torch.zeros(len(kind.axes), 1)
-        self.scale = torch.ones(len(kind.axes), 1)
+        self.mean = torch.zeros(len(self.kind.axes), 1)
+        self.scale = torch.ones(len(self.kind.axes), 1)
 
     def _untrained(self) -> StrokeCNN:
         with torch_seeded(self.seed, "weights"):
@@ -123,7 +117,7 @@ class StrokeCNNLearner(Model):
         if stage.name == "standardise":
             return self._standardise(batch)
         x, material = batch
-        logits = self.network(self._input(x))  # B, A, T -> B, C
+        logits = self.network(self._input(torch.from_numpy(x)))  # B, A, T -> B, C
         loss = F.cross_entropy(logits, torch.as_tensor(material, device=self.device))
         self.optimiser.zero_grad()
         self.backward(loss)
@@ -146,16 +140,9 @@ class StrokeCNNLearner(Model):
         self.scale = torch.tensor(deviation, dtype=torch.float32)[:, None]
         return {f"scale_{axis}": float(d) for axis, d in zip(self.kind.axes, deviation, strict=True)}
 
-    def _input(self, x: NDArray[np.float32]) -> Tensor:
+    def _input(self, x: Tensor) -> Tensor:
         """Return the network's input: (window, axis, time), standardised."""
-        return ((torch.from_numpy(x) - self.mean) / self.scale).to(self.device)
-
-    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        hits = [
-            self.materials[int(np.argmax(self.probabilities(example.signal)))] == example.material
-            for example in examples
-        ]
-        return {"recording_accuracy": float(np.mean(hits))} if hits else {}
+        return ((x - self.mean) / self.scale).to(self.device)
 
     def optimiser_state(self) -> dict[str, Any]:
         schedule = self.schedule.state_dict() if self.schedule is not None else None
@@ -169,27 +156,10 @@ class StrokeCNNLearner(Model):
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
         network = Standardised(for_export(self.network), self.mean, self.scale)
-        shape = DRAWN, len(self.kind.axes), self.config.window
-
-        def draw(seed: int) -> tuple[Tensor]:
-            x = torch.randn(shape, generator=child_generator(seed, "export"))
-            return (x * self.scale + self.mean,)
-
-        exported = ExportedNetwork(
-            network,
-            draw,
-            {"windows": Port(("batch", "axis", "time"), "windows of a signal", self.kind.unit)},
-            {
-                "probability": Port(("batch", "material"), "probability of each material"),
-                "embedding": Port(("batch", "feature"), "last hidden layer"),
-            },
-            note="probabilities of a recording are pooled over its windows",
-            facts={"material": list(self.materials), "hop_samples": self.config.hop_samples},
+        window, hop = self.config.window, self.config.hop_samples
+        return self.exported_classifier(
+            network, lambda x: x * self.scale + self.mean, window, hop, embedding="last hidden layer"
         )
-        return {"classifier": exported}
-
-    def probabilities(self, signal: Signal) -> NDArray[np.float64]:
-        return pooled(self.window_probabilities(signal))
 
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
         logits = self._per_window(bare(self.network), signal)
@@ -209,20 +179,9 @@ class StrokeCNNLearner(Model):
     @torch.inference_mode()
     def _per_window(self, network: Callable[[Tensor], Tensor], signal: Signal) -> Tensor:
         """Return ``network`` of the regular windows of ``signal``: (window, …), on the CPU."""
-        self.kind.check(signal)
-        window = self.config.window
-        if len(signal) < window:
-            raise ParameterError.must(
-                "signal", f"have at least {window} samples at {signal.rate:g} Hz", len(signal)
-            )
-        hop = self.config.hop_samples
-        x = np.lib.stride_tricks.sliding_window_view(signal.samples, window, axis=1)[:, ::hop]  # A, W, T
+        windows = self.regular_windows(signal, self.config.window, self.config.hop_samples, at_once=AT_ONCE)
         self.network.eval()
-        parts = [
-            # A copy: windows of one axis would be a read-only view of the signal.
-            network(self._input(np.array(x[:, i : i + AT_ONCE].transpose(1, 0, 2), order="C"))).float()
-            for i in range(0, x.shape[1], AT_ONCE)
-        ]
+        parts = [network(self._input(x)).float() for x in windows]
         self.network.train()
         return torch.cat(parts).cpu()
 

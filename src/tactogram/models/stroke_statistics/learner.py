@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,19 +16,17 @@ from sklearn.covariance import ledoit_wolf
 from torch import Tensor, nn
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.classification import pooled
-from tactogram.model import Example, ExportedNetwork, Model, ModelConfig, Port, SignalKind, Stage
+from tactogram.model import Example, ExportedNetwork, ModelConfig, Stage
 from tactogram.models.stroke_statistics.features import FRAMES_LEAST, LENGTHS, Statistics
 from tactogram.nn.initial_weights import for_export
 from tactogram.signal import Signal
-from tactogram.training.seeds import child_generator, child_rng
+from tactogram.training.seeds import child_rng
+from tactogram.training.window_classifier import WindowClassifier, windows_at
 
 AT_ONCE = 512
 """Windows whose features are computed at a time; bounds the memory."""
 FOLDS = 3
 """Parts of the training recordings, each classified by what the others teach, that set the temperature."""
-DRAWN = 4
-"""Windows in a batch of typical inputs."""
 TEMPERATURES = (np.log(1 / 64), np.log(64.0))
 """Natural logarithms of the lowest and the highest temperature."""
 LEAST_DEVIATION = 1e-6
@@ -98,22 +96,19 @@ class Classifier(nn.Module):
         return logits
 
 
-class StrokeStatisticsLearner(Model):
+class StrokeStatisticsLearner(WindowClassifier):
     """Linear discriminant analysis of `Statistics`, its covariance shrunk by Ledoit and Wolf (2004)."""
 
     config: Config
-    kind: SignalKind
-    embeds = True
     saved = ("samples", "network")
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        if len(self.materials) < 2:
-            raise ParameterError(f"a classifier needs at least 2 materials, got {len(self.materials)}")
         self._open(self.config.input_samples(self.kind.rate))
 
     def _open(self, samples: int) -> None:
         self.samples = samples
+        self.hop = max(1, round(samples * self.config.hop))
         self.network = Classifier(len(self.kind.axes), samples, len(self.materials)).to(self.device)
 
     def load_state(self, state: Any) -> None:
@@ -152,7 +147,7 @@ class StrokeStatisticsLearner(Model):
         self, examples: Sequence[Example]
     ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Return the features of at most ``config.windows`` windows, and of which example each is."""
-        starts = [self._starts(example.signal) for example in examples]
+        starts = [np.arange(0, len(example.signal) - self.samples + 1, self.hop) for example in examples]
         recording = np.repeat(np.arange(len(examples)), [len(each) for each in starts])
         start = np.concatenate(starts)
         if len(start) > self.config.windows:
@@ -231,18 +226,6 @@ class StrokeStatisticsLearner(Model):
         logits: NDArray[np.float64] = network.logits(embedded).double().cpu().numpy()
         return logits
 
-    def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        right = [
-            self.materials[int(self.probabilities(each.signal).argmax())] == each.material
-            for each in examples
-        ]
-        return {"recording_accuracy": float(np.mean(right))} if right else {}
-
-    # -- what a trained one does --------------------------------------------------------------------------------
-
-    def probabilities(self, signal: Signal) -> NDArray[np.float64]:
-        return pooled(self.window_probabilities(signal))
-
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
         return self._per_window(signal)[0].double().numpy()
 
@@ -251,59 +234,30 @@ class StrokeStatisticsLearner(Model):
         embedded: NDArray[np.float32] = self._per_window(signal)[1].mean(0).numpy()
         return embedded
 
-    def _starts(self, signal: Signal) -> NDArray[np.int64]:
-        hop = max(1, round(self.samples * self.config.hop))
-        return np.arange(0, len(signal) - self.samples + 1, hop)
-
-    def _windows(self, signal: Signal, starts: NDArray[np.int64]) -> Iterator[Tensor]:
-        """Yield windows that begin at ``starts``, some at a time: (window, axis, time)."""
-        every = np.lib.stride_tricks.sliding_window_view(signal.samples, self.samples, axis=1)  # A, W, T
-        for first in range(0, len(starts), AT_ONCE):
-            # A copy: windows of one axis would be a read-only view of the signal.
-            yield torch.from_numpy(
-                np.array(every[:, starts[first : first + AT_ONCE]].transpose(1, 0, 2), order="C")
-            )
-
     @torch.inference_mode()
     def _features(self, signal: Signal, starts: NDArray[np.int64]) -> NDArray[np.float64]:
-        parts = [self.network.features(x.to(self.device)) for x in self._windows(signal, starts)]
+        windows = windows_at(signal, self.samples, starts, at_once=AT_ONCE)
+        parts = [self.network.features(x.to(self.device)) for x in windows]
         features: NDArray[np.float64] = torch.cat(parts).double().cpu().numpy()
         return features
 
     @torch.inference_mode()
     def _per_window(self, signal: Signal) -> tuple[Tensor, Tensor]:
         """Return probabilities and embeddings of the regular windows of ``signal``, on the CPU."""
-        self.kind.check(signal)
-        if len(signal) < self.samples:
-            raise ParameterError.must(
-                "signal", f"have at least {self.samples} samples at {signal.rate:g} Hz", len(signal)
-            )
-        parts = [self.network(x.to(self.device)) for x in self._windows(signal, self._starts(signal))]
+        windows = self.regular_windows(signal, self.samples, self.hop, at_once=AT_ONCE)
+        parts = [self.network(x.to(self.device)) for x in windows]
         probabilities, embeddings = (torch.cat(each).cpu() for each in zip(*parts, strict=True))
         return probabilities, embeddings
 
     def exported_networks(self) -> dict[str, ExportedNetwork]:
-        shape = DRAWN, len(self.kind.axes), self.samples
         network = for_export(self.network)
-
-        def draw(seed: int) -> tuple[Tensor]:
-            return (torch.randn(shape, generator=child_generator(seed, "export")) * network.scale,)
-
-        exported = ExportedNetwork(
+        return self.exported_classifier(
             network,
-            draw,
-            {"windows": Port(("batch", "axis", "time"), "windows of a signal", self.kind.unit)},
-            {
-                "probability": Port(("batch", "material"), "probability of each material"),
-                "embedding": Port(("batch", "feature"), "place among the known materials"),
-            },
-            note="probabilities of a recording are pooled over its windows",
-            facts={
-                "material": list(self.materials),
-                "hop_samples": max(1, round(self.samples * self.config.hop)),
-            },
+            lambda x: x * network.scale,
+            self.samples,
+            self.hop,
+            embedding="place among the known materials",
         )
-        return {"classifier": exported}
 
 
 build = StrokeStatisticsLearner

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation import linear_discriminant, pooled, wilson
+from tactogram.evaluation import linear_discriminant, wilson
+from tactogram.statistics import pooled
 from tactogram.workflows import LoadedRun, ProgressCallback
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.task_kind import AnswerForm, Answers, Figure, Judgement, Question, TaskKind

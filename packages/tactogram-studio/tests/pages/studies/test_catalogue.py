@@ -14,9 +14,7 @@ from tactogram_studio.pages.studies.catalogue import (
 )
 from tactogram_studio.study_draft.draft import copy_study
 from tactogram_studio.workspace.folder import Workspace
-from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import shipped_studies
-from tactogram_study.workflows.sessions import begin_session
 
 
 def test_each_design_is_listed_once_where_the_workspace_holds_the_package():
@@ -42,24 +40,6 @@ def test_tables_of_runs_and_stores_are_no_answers(tmp_path, beside, name, may):
     if beside:
         (tmp_path / beside).touch()
     assert _may_be_answers(Path(tmp_path / name)) is may
-
-
-SHORT = {"design.repeats": 4, "practice": {"trials": 1}, "grid.items": ["tile"]}
-
-
-@pytest.fixture
-def session(tmp_path):
-    """Give a session of a short ABX study: P1 is at its third trial, P2 reads the consent."""
-    folder = begin_session("abx", tmp_path / "sessions" / "pilot", changes=SHORT)
-    with SessionStore(folder) as store:
-        for code in ("P1", "P2"):
-            store.enrol(code)
-        store.submit("P1", "consent", {"consent": "agreed"}, device={"px_per_mm": 6.25, "refresh_hz": 59.94})
-        for token in ("practice-1.1", "trial-1.1", "trial-2.1"):
-            store.submit(
-                "P1", token, {"which": "A"}, device={"finger_speed_mm_s_a": 480.2, "finger_speed_mm_s_b": 510}
-            )
-        yield store
 
 
 def test_the_catalogue_lists_every_design_and_what_is_wrong_with_a_file(session, tmp_path):

@@ -113,7 +113,7 @@ def test_standardising_takes_gravity_and_level_away():
     data = [Example(e.id, e.signal.with_samples(e.signal.samples * 5 + 9.81), e.material) for e in examples()]
     learner.step(Stage("standardise", 1), data)
     x = np.stack([e.signal.samples for e in data])
-    seen = learner._input(x)
+    seen = learner._input(torch.from_numpy(x))
     torch.testing.assert_close(seen.mean((0, 2)), torch.zeros(3), atol=1e-4, rtol=0)
     torch.testing.assert_close(seen.std((0, 2)), torch.ones(3), atol=1e-3, rtol=0)
 
