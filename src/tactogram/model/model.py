@@ -46,11 +46,14 @@ class Stage:
         Calls of `Model.step`, one batch each.
     updates : mapping
         Updates of each network in a step, where they differ between networks.
+    skippable : bool
+        Whether the training leaves it out where an earlier stage suffices.
     """
 
     name: str
     steps: int
     updates: Mapping[str, int] = field(default_factory=dict)
+    skippable: bool = False
 
     @property
     def total_updates(self) -> dict[str, int]:

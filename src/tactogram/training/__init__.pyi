@@ -2,6 +2,9 @@ from .checkpoint import (
     load_state as load_state,
     save_state as save_state,
 )
+from .forecast import (
+    duration_text as duration_text,
+)
 from .labelled_images import (
     as_floats as as_floats,
     square as square,

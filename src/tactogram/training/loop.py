@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 from itertools import islice
 from typing import Any, Protocol
@@ -12,10 +13,12 @@ import torch
 from tactogram.errors import RunError, StoppedError
 from tactogram.model import Example, Model, Stage
 from tactogram.recipe import Recipe
+from tactogram.training.forecast import FEWEST_STEPS, forecast_text
 from tactogram.training.run import BEGINNING, Run, TrainingPosition
 from tactogram.training.seeds import child_seed, torch_seeded
 
 OnStep = Callable[[TrainingPosition, Stage, dict[str, float]], None]
+OnStage = Callable[[TrainingPosition, Stage], None]
 
 
 def fit(
@@ -25,6 +28,7 @@ def fit(
     seed: int,
     start: TrainingPosition = BEGINNING,
     fabric: Any = None,
+    on_stage: OnStage = lambda position, stage: None,
     on_step: OnStep = lambda position, stage, losses: None,
 ) -> None:
     """Train ``learner`` on ``examples`` from ``start`` to the end of its last stage.
@@ -43,6 +47,8 @@ def fit(
     fabric : lightning_fabric.Fabric, optional
         Of the processes that train together. A learner's batches are shares of the same ones in all of them; the random
         numbers of a step are others in each, except in a stage of one step, which every process computes alone.
+    on_stage : function
+        Called before each stage that is begun or continued, with the position.
     on_step : function
         Called after each step with the new position, the stage and its losses, e.g. to log and save.
     """
@@ -50,6 +56,7 @@ def fit(
         if place < start.stage:
             continue
         done = start.step if place == start.stage else 0
+        on_stage(TrainingPosition(place, done), stage)
         batches = learner.batches(
             stage, examples, seed=child_seed(seed, "batches", stage.name, 0), start=done
         )
@@ -100,13 +107,15 @@ def run_training(
     start: TrainingPosition = BEGINNING,
     fabric: Any = None,
     logger: TrainingLogger | None = None,
+    trial: Callable[[], Model] | None = None,
     task: str = "",
     progress: Callable[..., None] = lambda *_: None,
     stop: Callable[[], bool] = lambda: False,
 ) -> None:
     """Fit ``learner``; log to ``logger`` and ``run`` and save to ``run`` where there are any, and show progress.
 
-    ``fabric``, of the processes that train together, must come with ``run``.
+    ``fabric``, of the processes that train together, must come with ``run``. ``trial`` makes another learner as
+    ``learner`` was at first; with it the time of the training is measured, and shown before the first update.
 
     Raises
     ------
@@ -115,6 +124,17 @@ def run_training(
     """
     every = recipe.training
     stages = learner.stages(examples)
+    forecast = trial is None
+
+    def on_stage(position: TrainingPosition, stage: Stage) -> None:
+        nonlocal forecast
+        if forecast or trial is None or stage.steps - position.step < FEWEST_STEPS:
+            return
+        forecast, tried = True, trial()
+        tried.load_state(copy.deepcopy(learner.state()))
+        with torch_seeded(recipe.seed, "forecast"):
+            text = forecast_text(tried, examples, stages[position.stage :], done=position.step)
+        progress(f"{task}forecast", 1, 1, text)
 
     def on_step(position: TrainingPosition, stage: Any, losses: dict[str, float]) -> None:
         last = position.step == stage.steps
@@ -138,4 +158,4 @@ def run_training(
                 f"{run.folder}: `tactogram train --resume {run.folder}` continues it"
             )
 
-    fit(learner, examples, seed=recipe.seed, start=start, fabric=fabric, on_step=on_step)
+    fit(learner, examples, seed=recipe.seed, start=start, fabric=fabric, on_stage=on_stage, on_step=on_step)

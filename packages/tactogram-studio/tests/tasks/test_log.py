@@ -6,7 +6,6 @@ import pytest
 
 from tactogram_studio.tasks.log import (
     TaskProgress,
-    duration_text,
     last_message,
     loss_curves,
     progress_of,
@@ -37,8 +36,6 @@ def test_progress_comes_from_log_and_metrics(tmp_path):
 def test_the_last_message_says_why_a_process_ended():
     assert last_message(LOG) is None
     assert last_message(LOG + "tactogram: training diverged at step 3\n") == "training diverged at step 3"
-    usage = "usage: …\ntactogram train: error: argument --devices: invalid"
-    assert last_message(usage) == "argument --devices: invalid"
     assert last_message("Traceback (most recent call last):\n  File x\nKeyError: 'a'\n") == "KeyError: 'a'"
     assert reports_stop("stopped after step 4 of 9 of gan; all of it is in runs/on")
     assert reports_stop("interrupted")
@@ -63,4 +60,3 @@ def test_time_left_follows_from_readings_of_the_stage():
     ]
     assert time_left(TaskProgress("train", 30, 100), readings) == (10.0, 7.0)
     assert time_left(TaskProgress("train", 30, 100), readings[:2]) is None
-    assert [duration_text(s) for s in (0.2, 61, 600, 7200)] == ["1 s", "61 s", "10 min", "2.0 h"]

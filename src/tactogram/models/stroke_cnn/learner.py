@@ -71,7 +71,7 @@ class StrokeCNNLearner(WindowClassifier):
         # Refuses recordings that are too short.
         windows = Windows(examples, self.materials, self.config.window)
         short = [Stage("short", self.config.short_steps)] if self._tries_short(windows) else []
-        return Stage("standardise", 1), *short, Stage("classify", self.config.steps)
+        return Stage("standardise", 1), *short, Stage("classify", self.config.steps, skippable=bool(short))
 
     def _tries_short(self, windows: Windows) -> bool:
         few = self.config.passes(windows.samples) > MOST_PASSES

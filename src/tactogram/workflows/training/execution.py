@@ -61,8 +61,13 @@ def train_plan(
     else:
         progress = silent
     kind, examples, validation = training_material(plan, fabric, prepared, progress, stop)
-    learner = facts.build(plan.config, kind, seed=chosen.seed)
-    learner.setup(fabric)
+
+    def untrained() -> Model:
+        built: Model = facts.build(plan.config, kind, seed=chosen.seed)
+        built.setup(fabric)
+        return built
+
+    learner = untrained()
     if devices > 1 and not learner.divides_batches:
         raise ParameterError(
             f"{facts.name} cannot divide its batches, or is a closed form: train it in one process, without devices"
@@ -94,6 +99,7 @@ def train_plan(
                     start=start,
                     fabric=fabric,
                     logger=log,
+                    trial=untrained if devices == 1 else None,
                     progress=progress,
                     stop=stop,
                 )

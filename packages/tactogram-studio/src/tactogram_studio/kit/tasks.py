@@ -9,9 +9,10 @@ from collections.abc import Callable, Sequence
 from nicegui import ui
 
 from tactogram.errors import TactogramError
+from tactogram.training import duration_text
 from tactogram_studio.kit.cards import alert, card, code, heading, refusals, set_text
 from tactogram_studio.layout import in_background
-from tactogram_studio.tasks.log import duration_text, time_left
+from tactogram_studio.tasks.log import time_left
 from tactogram_studio.tasks.queue import Kind, StudioTask, TaskQueue, TaskStatus
 from tactogram_studio.workspace.commands import command_line
 from tactogram_studio.workspace.runs import RunSummary

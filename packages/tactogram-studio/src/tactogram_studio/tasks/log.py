@@ -68,8 +68,6 @@ def last_message(log: str) -> str | None:
     for line in reversed(lines):
         if line.startswith(MESSAGE):
             return line.removeprefix(MESSAGE)
-        if line.startswith("tactogram ") and ": error: " in line:
-            return line.partition(": error: ")[2]
     if any(line.startswith("Traceback (most recent call last)") for line in lines):
         return lines[-1]
     return None
@@ -153,15 +151,6 @@ def time_left(
     if done <= 0 or seconds <= 0:
         return None
     return done / seconds, (progress.total - progress.done) * seconds / done
-
-
-def duration_text(seconds: float) -> str:
-    """Return a duration in seconds, minutes or hours."""
-    if seconds < 90:
-        return f"{max(1, round(seconds))} s"
-    if seconds < 90 * 60:
-        return f"{round(seconds / 60)} min"
-    return f"{seconds / 3600:.1f} h"
 
 
 def _parse_line(raw: str) -> dict[str, Any] | None:
