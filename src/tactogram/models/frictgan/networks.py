@@ -53,6 +53,7 @@ class Generator(nn.Module):
         )
         self.last = nn.Conv2d(2 * skips[-1], axes, 7, padding=3)
         normal_(self)
+        self.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         if config.scale != "none" and self.last.bias is not None:  # start from the mean spectrum
             nn.init.constant_(self.last.bias, 1.0 if config.scale == "bins" else math.log1p(100))
 
@@ -113,6 +114,7 @@ class Critic(nn.Module):
             nn.Conv2d(d, 1, 4, padding=1),
         )  # fmt: skip
         normal_(self)
+        self.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
 
     def forward(self, photo: Tensor, magnitude: Tensor) -> Tensor:
         """Return scores: (B, 3, 1024, 1024) and (B, 1, 257, 11) to (B, 1, 30, 1)."""
@@ -128,13 +130,13 @@ class SamePaddedConv(nn.Conv2d):
         super().__init__(inputs, outputs, kernel, stride=stride, bias=bias)
 
     def forward(self, x: Tensor) -> Tensor:
-        pads: list[int] = []
-        for n, kernel, stride in zip(
-            reversed(x.shape[2:]), self.kernel_size, reversed(self.stride), strict=True
-        ):
-            total = max(0, (-(-n // stride) - 1) * stride + kernel - n)
-            pads += [total // 2, total - total // 2]
-        return super().forward(F.pad(x, pads) if any(pads) else x)
+        rows, columns = (
+            max(0, (-(-n // stride) - 1) * stride + kernel - n)
+            for n, kernel, stride in zip(x.shape[2:], self.kernel_size, self.stride, strict=True)
+        )
+        if rows % 2 or columns % 2:
+            x = F.pad(x, (0, columns % 2, 0, rows % 2))
+        return F.conv2d(x, self.weight, self.bias, self.stride, (rows // 2, columns // 2))
 
 
 class CroppedTransposedConv(nn.ConvTranspose2d):
