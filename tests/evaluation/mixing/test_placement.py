@@ -284,8 +284,7 @@ def test_silence_has_finite_features():
     assert np.isfinite(texture_features([Signal(np.zeros(1000), RATE, "m/s^2")])).all()
 
 
-def test_equal_steps_are_called_dropping_about_one_time_in_twenty(monkeypatch):
-    monkeypatch.setattr(placement, "DRAWS", 199)  # among which 0.05 is a rank, as among 999
+def test_equal_steps_are_called_dropping_about_one_time_in_twenty():
     rng = np.random.default_rng(1)
     found = []
     for _ in range(60):
