@@ -30,25 +30,25 @@ def signal_fixture(tmp_path):
     return path
 
 
-def tactogram(*words, **options):
-    command = [sys.executable, "-m", "tactogram", *map(str, words)]
-    return subprocess.run(command, capture_output=True, check=False, **options)
-
-
-def test_a_name_that_is_not_utf_8_is_printed_escaped_and_read_back_from_json(signal, tmp_path):
-    done = tactogram("convert", signal, tmp_path / f"{LATIN}.csv")
+def test_a_name_that_is_not_utf_8_is_printed_escaped_by_the_program(signal, tmp_path):
+    words = ("convert", signal, tmp_path / f"{LATIN}.csv")
+    done = subprocess.run([sys.executable, "-m", "tactogram", *words], capture_output=True, check=False)
     assert done.returncode == 0, done.stderr
     assert rb"caf\udce9.csv" in done.stdout
-    done = tactogram("convert", signal, tmp_path / f"{LATIN}.npz", "--json")
-    target = json.loads(done.stdout)["target"]
+
+
+def test_a_name_that_is_not_utf_8_is_read_back_from_json(signal, tmp_path, capfdbinary):
+    assert main(["convert", str(signal), str(tmp_path / f"{LATIN}.npz"), "--json"]) == 0
+    target = json.loads(capfdbinary.readouterr().out)["target"]
     assert target == str(tmp_path / f"{LATIN}.npz")
     assert os.path.exists(target)
 
 
-def test_an_error_that_names_it_is_one_line(tmp_path):
-    done = tactogram("convert", tmp_path / f"{LATIN}.wav", tmp_path / "x.csv")
-    assert (done.returncode, done.stderr.count(b"\n")) == (1, 1)
-    assert rb"caf\udce9.wav" in done.stderr
+def test_an_error_that_names_it_is_one_line(tmp_path, capfdbinary):
+    assert main(["convert", str(tmp_path / f"{LATIN}.wav"), str(tmp_path / "x.csv")]) == 1
+    said = capfdbinary.readouterr().err
+    assert said.count(b"\n") == 1
+    assert rb"caf\udce9.wav" in said
 
 
 def test_a_report_holds_it(signal, tmp_path):

@@ -1,4 +1,3 @@
-import librosa
 import numpy as np
 import pytest
 import scipy.signal
@@ -41,21 +40,6 @@ def test_tail_is_not_lost_off_whole_hops(n_fft, hop):
     x = noise(n_fft * 3 + hop - 1, dtype=torch.float32)
     transform = STFT(n_fft, hop)
     assert (transform.inverse(transform.forward(x), len(x)) - x).abs().max() < 1e-5
-
-
-@pytest.mark.parametrize(
-    ("n_fft", "hop", "window"),
-    [(256, 64, "hann"), (512, 128, "hamming"), (2048, 204, "hann"), (65, 16, "hann")],
-)
-def test_is_librosa_on_whole_hops(n_fft, hop, window):
-    x = noise(hop * 40)
-    ours = STFT(n_fft, hop, window).forward(x).numpy()
-    theirs = librosa.stft(
-        x.numpy(), n_fft=n_fft, hop_length=hop, window=window, center=True, pad_mode="constant", dtype=complex
-    )
-    frames = min(ours.shape[1], theirs.shape[1])  # with an odd window librosa drops the last frame
-    assert ours.shape[1] == 41
-    np.testing.assert_allclose(ours[:, :frames], theirs[:, :frames], atol=1e-11)
 
 
 def test_is_scipy_on_whole_hops():

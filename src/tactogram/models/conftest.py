@@ -7,10 +7,6 @@ from functools import reduce
 from typing import Any
 
 import pytest
-import torch
-
-from tactogram import models
-from tactogram.recipe import Recipe
 
 
 @pytest.fixture
@@ -19,6 +15,8 @@ def double_precision(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
     Adam divides a gradient by its size: in float32, rounding decides where a weight goes whose gradient is 0.
     """
+    import torch
+
     before = torch.get_default_dtype()
     torch.set_default_dtype(torch.float64)
     monkeypatch.setattr(torch.Tensor, "float", torch.Tensor.double)
@@ -29,6 +27,8 @@ def double_precision(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.fixture
 def paper_values() -> Callable[[str, Iterable[str]], dict[str, Any]]:
     """Return a function that reads the recipe ``paper`` of a model at dotted keys of its configuration."""
+    from tactogram import models
+    from tactogram.recipe import Recipe
 
     def read(name: str, keys: Iterable[str]) -> dict[str, Any]:
         facts = models.find(name)

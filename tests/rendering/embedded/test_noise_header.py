@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -112,6 +113,7 @@ def header_samples(model, samples, *, seed):
     return out
 
 
+@cache
 def texture(rate=1000.0, lags=3):
     """Simulated: two axes of noise whose strength changes."""
     random = np.random.default_rng(0)
@@ -129,12 +131,16 @@ def with_tones(model):
 
 
 MODELS = {
-    "two axes": texture(),
-    "one axis": one_axis(texture(), "dft321"),
-    "tones": with_tones(texture()),
-    "broken rate": one_axis(texture(rate=4000 / 3), "z"),
+    "two axes": texture,
+    "one axis": lambda: one_axis(texture(), "dft321"),
+    "tones": lambda: with_tones(texture()),
+    "broken rate": lambda: one_axis(texture(rate=4000 / 3), "z"),
 }
-every_model = pytest.mark.parametrize("model", MODELS.values(), ids=list(MODELS))
+
+
+@pytest.fixture(params=MODELS)
+def model(request):
+    return MODELS[request.param]()
 
 
 def compiled(folder, model, source, compiler, *options):
@@ -150,7 +156,6 @@ def compiled(folder, model, source, compiler, *options):
     return subprocess.run([str(folder / "main")], check=True, capture_output=True), cost
 
 
-@every_model
 def test_samples_are_those_of_the_package(model, tmp_path):
     blocks = round(2.5 / 0.005)  # beyond 2 s, after which the places of frames have come again
     strict = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", f"-DBLOCKS={blocks}")
@@ -164,7 +169,6 @@ def test_samples_are_those_of_the_package(model, tmp_path):
     assert got.std() == pytest.approx(np.sqrt(model.power.mean()), rel=0.2)
 
 
-@every_model
 def test_stated_costs_are_those_counted(model, tmp_path):
     result, cost = compiled(tmp_path, model, COUNTER, "c++", "-Wno-class-memaccess")
     counted = sorted(tuple(map(int, line.split())) for line in result.stdout.decode().splitlines())
@@ -191,4 +195,4 @@ def test_names_are_those_of_c():
     assert c_name("Sandpaper P80") == "sandpaper_p80"
     assert c_name("3D print") == "texture_3d_print"
     with pytest.raises(ParameterError, match="name must be a C identifier"):
-        noise_header(MODELS["one axis"], name="P80")
+        noise_header(MODELS["one axis"](), name="P80")

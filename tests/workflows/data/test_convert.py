@@ -44,15 +44,22 @@ def made(path, format=None, seconds=1.0):
     return path
 
 
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sources")
+    for name, format in NAMES.items():
+        made(folder / name, format, seconds=0.25)
+    return folder
+
+
 @pytest.mark.parametrize(("source", "target"), list(itertools.product(NAMES, NAMES)))
-def test_any_to_any(tmp_path, source, target):
-    made(tmp_path / source, NAMES[source], seconds=0.25)
-    facts = convert(tmp_path / source, tmp_path / "out" / target, format=NAMES[target])
+def test_any_to_any(sources, tmp_path, source, target):
+    facts = convert(sources / source, tmp_path / target, format=NAMES[target])
     if NAMES[target]:
-        assert check_file(tmp_path / "out" / target)["valid"]
+        assert check_file(tmp_path / target)["valid"]
         assert facts["written"]["format"] == NAMES[target]
     else:
-        assert read_signal(tmp_path / "out" / target).seconds == pytest.approx(0.25, abs=0.04)
+        assert read_signal(tmp_path / target).seconds == pytest.approx(0.25, abs=0.04)
     assert ("read" in facts) == (NAMES[source] is not None)
 
 

@@ -99,11 +99,17 @@ def test_what_makes_no_sense_is_refused_and_leaves_nothing(options, said, tmp_pa
     assert not list(tmp_path.iterdir())
 
 
+REQUEST = {"set_name": "surfaces", "random": 2, "per_class": 2, "seconds": 0.2, "raters": 2, "workers": 1}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return simulate_to_store(out=tmp_path_factory.mktemp("whole") / "store", **REQUEST)
+
+
 @pytest.mark.parametrize("when", [("rate", 1), ("simulate", 2)])
-def test_an_interrupted_simulation_goes_on_to_the_same_store(when, tmp_path, monkeypatch):
+def test_an_interrupted_simulation_goes_on_to_the_same_store(when, whole, tmp_path, monkeypatch):
     monkeypatch.setattr(writer, "KEPT_S", 0)
-    request = {"set_name": "surfaces", "random": 2, "per_class": 2, "seconds": 0.2, "raters": 2, "workers": 1}
-    whole = simulate_to_store(out=tmp_path / "whole", **request)
     made = []
 
     def interrupted(stage, done, total, note=""):
@@ -111,19 +117,19 @@ def test_an_interrupted_simulation_goes_on_to_the_same_store(when, tmp_path, mon
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        simulate_to_store(out=tmp_path / "store", progress=interrupted, **request)
+        simulate_to_store(out=tmp_path / "store", progress=interrupted, **REQUEST)
     (left,) = tmp_path.glob("store.part-*") if when[0] == "simulate" else [None]
     if left is not None:  # as of a process that has ended
         left.rename(left.with_name(f"{left.name.rpartition('-')[0]}-{2**22 + 1}"))
     again = simulate_to_store(
         out=tmp_path / "store",
         progress=lambda stage, done, total, note="": made.append((stage, done)),
-        **request,
+        **REQUEST,
     )
     assert again == whole | {"store": str(tmp_path / "store")}
     assert min(done for stage, done in made if stage == "simulate") == (3 if when[0] == "simulate" else 1)
     assert [done for stage, done in made if stage == "rate"] == ([] if when[0] == "simulate" else [2])
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["store", "whole"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["store"]
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""Runs as C headers and ONNX files: what is written beside them, and what is refused."""
+"""Runs as C headers and ONNX files: what is written beside them, what is printed, and what is refused."""
 
 import json
 
@@ -6,6 +6,8 @@ import numpy as np
 import onnxruntime
 import pytest
 
+from tactogram.cli import main
+from tactogram.datasets import create_store
 from tactogram.errors import ParameterError, RunError
 from tactogram.signal import Signal
 from tactogram.workflows.training import export as module
@@ -15,10 +17,25 @@ from tactogram.workflows.training.train import train
 
 
 @pytest.fixture(scope="module")
-def textures(store, tmp_path_factory):
-    out = tmp_path_factory.mktemp("runs") / "var"
-    by_speed = {"label": "material", "accelerator": "cpu"}
-    return train("texture_var", store, recipe="tiny", changes={"prepare.rate": 1000.0}, out=out, **by_speed)
+def textures(recordings, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("textures")
+    create_store(folder / "store", recordings(count=4), name="t", licence="made in a test", simulated=True)
+    by_speed = {"label": "material", "accelerator": "cpu", "changes": {"prepare.rate": 1000.0}}
+    return train("texture_var", folder / "store", recipe="tiny", out=folder / "run", **by_speed)
+
+
+def test_the_header_says_of_what_it_is_and_what_it_costs(textures, tmp_path, capsys):
+    file = tmp_path / "cork.h"
+    words = ["run", "export", str(textures.folder), "--to", "c", "--material", "cork", "--speed", "150"]
+    assert main([*words, "--out", str(file), "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    text = file.read_text(encoding="utf-8")
+    assert "Material cork" in text
+    assert "150 mm/s" in text
+    assert "simulated" in text
+    assert "static void cork_block(cork_state *s, cork_real *out)" in text
+    assert facts["usual"]["multiplications"] > 5 * 512
+    assert f"{facts['dearest']['multiplications']}, " in text
 
 
 def test_what_cannot_be_is_refused(run, textures, tmp_path):
@@ -69,6 +86,14 @@ def test_the_file_beside_it_says_what_goes_in_and_comes_out(run, exported):
     assert described["material"] == list(kind.materials)
     assert described["simulated"] is True
     assert described["opset"] == 18
+
+
+def test_the_command_tells_the_largest_difference(run, tmp_path, capsys):
+    assert main(["run", "export", str(run.folder), "--to", "onnx", "--out", str(tmp_path / "networks")]) == 0
+    text = capsys.readouterr().out
+    assert "largest difference" in text
+    assert "classifier.onnx" in text
+    assert {p.name for p in (tmp_path / "networks").iterdir()} == {"classifier.onnx", "classifier.json"}
 
 
 def test_a_network_that_computes_something_else_is_refused(run, tmp_path, monkeypatch):

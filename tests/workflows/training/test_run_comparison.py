@@ -6,23 +6,21 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import ParameterError, RunError
-from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training.run_comparison import compare_runs
 from tactogram.workflows.training.train import train
 
 
 @pytest.fixture(scope="module")
-def lab(tmp_path_factory):
+def lab(store, tmp_path_factory):
     """Give a folder with three runs on one store, two of them evaluated."""
     folder = tmp_path_factory.mktemp("lab")
-    simulate_to_store("stroking9", folder / "surfaces", seed=0, per_class=3, seconds=1.0, workers=1)
     for name, model, changes in (
         ("wide", "stroke_cnn", {"config.steps": 4}),
         ("fast", "stroke_cnn", {"config.steps": 3, "config.learning_rate": 0.01}),
         ("texture", "ar_texture", {}),
     ):
-        train(model, folder / "surfaces", recipe="tiny", out=folder / name, changes=changes)
+        train(model, store, recipe="tiny", out=folder / name, changes=changes)
     for name in ("wide", "fast"):
         evaluate(folder / name)
     return folder
@@ -31,7 +29,7 @@ def lab(tmp_path_factory):
 def test_only_the_settings_that_differ_are_listed(lab):
     found = compare_runs([lab / "wide", lab / "fast"])
     assert found["settings"] == {"config.steps": [4, 3], "config.learning_rate": [0.001, 0.01]}
-    assert found["facts"]["trained on"] == ["stroking9 (simulated)"] * 2
+    assert found["facts"]["trained on"] == ["textures"] * 2
     evaluations = [json.loads((lab / name / "evaluation.json").read_text()) for name in ("wide", "fast")]
     assert found["results"]["recording_accuracy"] == [e["recording_accuracy"] for e in evaluations]
     assert found["notes"] == []
