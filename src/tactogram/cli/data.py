@@ -12,8 +12,11 @@ WORKFLOWS = "tactogram.workflows.data"
 
 
 def _list_text(facts: dict[str, Any]) -> str:
+    from tactogram.datasets.importer import IMPORTERS
+
     rows = [(name, one["title"], one["licence"]) for name, one in facts["import"].items()]
-    return f"import:\n{columns(rows)}\nsimulate:\n{columns(list(facts['simulate'].items()))}"
+    lines = ["import:", columns(rows), *filter(None, [IMPORTERS.further_extra()])]
+    return "\n".join([*lines, "simulate:", columns(list(facts["simulate"].items()))])
 
 
 _IN_MAPPING = "in the mapping that `--preview --save-mapping mapping.toml` writes"

@@ -26,7 +26,7 @@ EXTRAS = {
     "capture": "sensors, sessions, live recognition",
     "study": "experiments with people",
     "studio": "studio and studies in the browser",
-    "benchmark": "tasks, and published tables and figures",
+    "benchmark": "tasks, published data sets, tables and figures",
     "ray": "tasks on several machines, sweeps",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }

@@ -168,8 +168,8 @@ IN_RECORDINGS = {
     "luncheon-mat-02": "Luncheon02",
     "luncheon-mat-03": "Luncheon03",
 }
-"""Names in the laboratory's recordings (`tactogram.datasets.importers.saga_strokes`) by those of the simulated set. The
-recordings have no cloth; artificial leather, which the paper does not name, is assumed to be it."""
+"""Names in the laboratory's recordings (`tactogram_benchmark.importers.saga_strokes`) by those of the simulated set.
+The recordings have no cloth; artificial leather, which the paper does not name, is assumed to be it."""
 
 
 def materials_of(store: Store) -> dict[str, str]:

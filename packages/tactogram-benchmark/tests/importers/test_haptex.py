@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, strategies as st
 from tests.datasets.importers.sample_files import imported_alone, write_photo
 
-from tactogram.datasets.importers import haptex
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError, ParameterError
 from tactogram.workflows.data.stores import store_info
+from tactogram_benchmark.importers import haptex
 
 
 def write_stroke(

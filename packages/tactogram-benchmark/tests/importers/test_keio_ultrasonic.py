@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tactogram.datasets import open_store
-from tactogram.datasets.importers import keio_ultrasonic
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.ratings.words import WORDS
 from tactogram.errors import DataError
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.models.ultrasonic_cgan.spectra import sensor_spectra
+from tactogram_benchmark.importers import keio_ultrasonic
 
 RATE = 2500.0
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from tests.datasets.importers.sample_files import imported
 
-from tactogram.datasets.importers import biotac_slide
 from tactogram.errors import DataError
+from tactogram_benchmark.importers import biotac_slide
 
 
 class TestBiotacSlide:
@@ -70,7 +70,7 @@ class TestBiotacSlide:
 
 @pytest.mark.real_data
 def test_photographs_of_biotac_slide_are_one_per_material(real_data):
-    from tactogram.datasets.importers import biotac_slide
+    from tactogram_benchmark.importers import biotac_slide
 
     items = biotac_slide.find(real_data("biotac_slide"))
     assert len({item.image for item in items}) == 15

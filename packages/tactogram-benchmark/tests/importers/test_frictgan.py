@@ -6,9 +6,9 @@ from PIL import Image as Pillow
 from scipy.signal.windows import hamming
 
 from tactogram.datasets import open_store
-from tactogram.datasets.importers.frictgan import recovered
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError
+from tactogram_benchmark.importers.frictgan import recovered
 
 
 def amplitudes(friction):

@@ -19,13 +19,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tactogram.datasets.cells import number_columns
-from tactogram.datasets.importer import ImportItem, check_positive
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Recording, check_positive, number_columns
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal import Signal
-from tactogram.signal.displacement import over_displacement
-from tactogram.signal.units import parse_unit
+from tactogram.signal import Signal, over_displacement, parse_unit
 
 TITLE = "CdpLab friction: copper, fabric, leather, paper, stone and wood"
 LICENCE = "not stated"

@@ -18,10 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import ImportItem
-from tactogram.datasets.ratings.ratings import Ratings, Scale
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Ratings, Recording, Scale, finite_number
 from tactogram.errors import DataError
 from tactogram.signal.io import read_signal
 from tactogram.text_files import read_table

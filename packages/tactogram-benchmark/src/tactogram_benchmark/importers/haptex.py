@@ -30,15 +30,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import ImportedPhotograph, ImportItem, check_positive, files_below
-from tactogram.datasets.recording import Recording
-from tactogram.datasets.store.photographs import PICTURES
+from tactogram.datasets import (
+    PICTURES,
+    ImportedPhotograph,
+    ImportItem,
+    Recording,
+    check_positive,
+    files_below,
+)
 from tactogram.errors import DataError
-from tactogram.signal import Signal
-from tactogram.signal.io import table
-from tactogram.signal.io.table_content import column_numbers
-from tactogram.signal.io.vocabulary import heading
-from tactogram.signal.resampling import resample
+from tactogram.signal import Signal, resample
+from tactogram.signal.io import column_numbers, heading, text_table
 
 TITLE = "HapTex: friction of a finger over 120 fabrics"
 LICENCE = "free access for research, no licence stated"
@@ -49,7 +51,7 @@ DESCRIPTION = (
 
 UNVERIFIED = (
     "no file of HapTex was at hand and its page describes none: names, columns, mm, and the photographs' 100 mm and "
-    "registration are assumed (tactogram.datasets.importers.haptex); compare a fabric with its photograph first"
+    "registration are assumed (tactogram_benchmark.importers.haptex); compare a fabric with its photograph first"
 )
 
 TABLES = (".txt", ".csv", ".tsv")
@@ -147,7 +149,7 @@ def friction_over(
 
 def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return displacement in mm and friction coefficient, float64, shape (time,)."""
-    found = table.table(path, path.read_bytes())
+    found = text_table(path, path.read_bytes())
     names = [heading(text).name for text in found.headings]
     if not found.named:
         if len(names) not in (2, 5):

@@ -22,12 +22,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.cells import number_columns
-from tactogram.datasets.importer import ImportItem, check_positive, files_below
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Recording, check_positive, files_below, number_columns
 from tactogram.errors import DataError
-from tactogram.signal.timing import estimate_timing, to_uniform
-from tactogram.signal.units import STANDARD_GRAVITY
+from tactogram.signal import STANDARD_GRAVITY, estimate_timing, to_uniform
 
 TITLE = "Saga et al.: finger strokes over nine textures, 80 takes each"
 LICENCE = "not stated"

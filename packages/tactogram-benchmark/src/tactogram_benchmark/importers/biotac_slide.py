@@ -26,12 +26,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.cells import number_columns
-from tactogram.datasets.importer import ImportItem
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Recording, number_columns
 from tactogram.errors import DataError
 from tactogram.signal import Signal
-from tactogram.signal.io.arrays import load_arrays
+from tactogram.signal.io import load_arrays
 from tactogram.text_files import read_table
 
 TITLE = "BioTac_slide: a BioTac finger sliding on materials"

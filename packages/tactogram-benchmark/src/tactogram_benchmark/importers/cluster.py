@@ -24,15 +24,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from tactogram.datasets.cells import number_columns
-from tactogram.datasets.importer import ImportItem
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Recording, number_columns
 from tactogram.errors import DataError
 from tactogram.extras import imported
-from tactogram.signal import Signal
+from tactogram.signal import Signal, estimate_timing, parse_unit, to_uniform
 from tactogram.signal.io import read_signal
-from tactogram.signal.timing import estimate_timing, to_uniform
-from tactogram.signal.units import parse_unit
 
 TITLE = "Cluster Haptic Texture Dataset"
 LICENCE = "see doi:10.6084/m9.figshare.29438288"

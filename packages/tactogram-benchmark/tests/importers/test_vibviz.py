@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from tests.datasets.importers.sample_files import imported, write_sound
 
-from tactogram.datasets.importers import vibviz
 from tactogram.datasets.importing import import_dataset
 from tactogram.errors import DataError
+from tactogram_benchmark.importers import vibviz
 
 
 class TestVibviz:

@@ -5,8 +5,8 @@ import openpyxl
 import pytest
 from tests.datasets.importers.sample_files import imported_alone, write_photo
 
-from tactogram.datasets.importers import cdplab
 from tactogram.errors import ParameterError
+from tactogram_benchmark.importers import cdplab
 
 
 def write_book(path, *, samples=2000, speed=200.0, seed=0):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter, welch
 
-from tactogram.datasets.importers import hatt
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.line_spectrum import line_spectrum_of_reflection, reflection_of_polynomial
+from tactogram_benchmark.importers import hatt
 
 POLES = np.poly([0.9 * np.exp(0.8j), 0.9 * np.exp(-0.8j), 0.6, -0.4, 0.2]).real
 ZEROS = np.poly([0.7 * np.exp(2j), 0.7 * np.exp(-2j), -0.5]).real

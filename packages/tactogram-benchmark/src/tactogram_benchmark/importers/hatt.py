@@ -36,15 +36,16 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.cells import finite_number
-from tactogram.datasets.importer import ImportItem
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Recording, finite_number
 from tactogram.errors import DataError, ParameterError
-from tactogram.signal.autoregressive import AutoregressiveModel
-from tactogram.signal.autoregressive_fit import reflection_of_autocorrelation
-from tactogram.signal.line_spectrum import polynomial_of_reflection, reflection_of_line_spectrum
-from tactogram.signal.synthesis import synthesise
-from tactogram.signal.texture_map import TextureMap
+from tactogram.signal import (
+    AutoregressiveModel,
+    TextureMap,
+    polynomial_of_reflection,
+    reflection_of_autocorrelation,
+    reflection_of_line_spectrum,
+    synthesise,
+)
 from tactogram.text_files import read_text
 
 TITLE = "Penn Haptic Texture Toolkit: autoregressive models of 100 surfaces over speed and force"

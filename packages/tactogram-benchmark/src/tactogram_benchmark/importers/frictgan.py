@@ -22,9 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import hamming
 
-from tactogram.datasets.cells import number_columns
-from tactogram.datasets.importer import ImportItem, files_below
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import ImportItem, Recording, files_below, number_columns
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 

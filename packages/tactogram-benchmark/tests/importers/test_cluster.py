@@ -8,8 +8,8 @@ from PIL import Image as Pillow
 from scipy import signal as scipy_signal
 from tests.datasets.importers.sample_files import imported, write_sound
 
-from tactogram.datasets.importers import cluster
 from tactogram.errors import DataError
+from tactogram_benchmark.importers import cluster
 
 
 def write_stroke(source, stem, *, seconds=0.5, jitter=0.15, seed=0, kinds=("accel", "force", "position")):

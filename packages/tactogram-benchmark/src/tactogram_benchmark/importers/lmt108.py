@@ -26,10 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from tactogram.datasets.cells import number_columns
-from tactogram.datasets.importer import ImportedPhotograph, ImportItem
-from tactogram.datasets.recording import Recording
-from tactogram.datasets.store.photographs import PICTURES
+from tactogram.datasets import PICTURES, ImportedPhotograph, ImportItem, Recording, number_columns
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal

@@ -25,14 +25,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.datasets.importer import ImportItem, check_positive, files_below
-from tactogram.datasets.ratings.questions import RatingColumns
-from tactogram.datasets.ratings.ratings import Ratings, join_ratings
-from tactogram.datasets.ratings.table import read_table
-from tactogram.datasets.recording import Recording
+from tactogram.datasets import (
+    ImportItem,
+    RatingColumns,
+    Ratings,
+    Recording,
+    check_positive,
+    files_below,
+    join_ratings,
+    read_table,
+)
 from tactogram.errors import DataError
-from tactogram.signal import Signal
-from tactogram.signal.crest_factor import periodic_signal, random_phases
+from tactogram.signal import Signal, periodic_signal, random_phases
 from tactogram.signal.io import READABLE, read_columns, read_signal
 
 TITLE = "Hatori & Takemura 2023: metal plates, an ultrasonic display and word ratings"
