@@ -68,20 +68,6 @@ from .recording import (
     item_of as item_of,
     label_of as label_of,
 )
-from .simulate.raters.scoring import (
-    draw_people as draw_people,
-    score_together as score_together,
-    score_vibrations as score_vibrations,
-)
-from .simulate.sets import (
-    SETS as SETS,
-    make as make,
-    tasks as tasks,
-)
-from .simulate.tactile_images import (
-    FAMILIES as FAMILIES,
-    tactile_image as tactile_image,
-)
 from .splits.photograph_splitting import (
     PhotographRegions as PhotographRegions,
     materials_without_photographs as materials_without_photographs,

@@ -22,6 +22,7 @@ EXTRAS = {
     "lsl": "Lab Streaming Layer",
     "daq": "National Instruments devices",
     "dwf": "Digilent Analog Discovery",
+    "simulate": "simulated surfaces and raters, the demo",
     "playback": "live output to displays, streams under a finger",
     "capture": "sensors, sessions, live recognition",
     "study": "experiments with people",

@@ -6,10 +6,10 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.errors import ParameterError, RunError
-from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training.run_comparison import compare_runs
 from tactogram.workflows.training.train import train
+from tactogram_simulate import simulate_to_store
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,8 @@ from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal, write_text
-from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, simulate_to_store, train
+from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, train
+from tactogram_simulate import simulate_to_store
 
 
 def find_or_simulate(
