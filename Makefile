@@ -4,7 +4,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 EXTRAS := dev,docs,vision,text,devices,lsl,daq,dwf,formats,statistics,ray,export,hub
-PACKAGES := playback capture study studio benchmark
+PACKAGES := simulate playback capture study studio benchmark
 
 # torch's spinning threads collapse when a core is busy; passive waiting costs nothing.
 export OMP_WAIT_POLICY ?= PASSIVE

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.signal import periodogram
 from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 
-from tactogram.datasets.simulate import make, tasks
+from tactogram_simulate import make, tasks
 
 WINDOW = 200
 

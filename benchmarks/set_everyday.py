@@ -12,9 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.experiments.real_surfaces import band_levels, levels, slopes, spectrum_of
-from tactogram.datasets.simulate import materials, sets
-from tactogram.datasets.simulate.stroke import RecordingTask
-from tactogram.datasets.simulate.surfaces import Grating
+from tactogram.datasets.everyday import KIND_OF
+from tactogram_simulate import materials, sets
+from tactogram_simulate.stroke import RecordingTask
+from tactogram_simulate.surfaces import Grating
 
 OWN = 0.25
 STRUCTURE_DB = 10.0
@@ -44,7 +45,7 @@ def figures(number, felt, rms_mm=0.0, beta=3.0):
 def main():
     """Print the table."""
     names = [surface.name for surface in materials.DRAWN]
-    kinds = [materials.ROWS[name]["kind"] for name in names]
+    kinds = [KIND_OF[name] for name in names]
     felt, rms_mm, beta = (np.full(len(names), value) for value in (1.0, 0.03, 3.0))
     with ProcessPoolExecutor() as pool:
 
@@ -53,7 +54,7 @@ def main():
 
         found = measured(felt)
         targets = np.empty_like(found)
-        for kind, (level, slope, _) in materials.KINDS.items():
+        for kind, (level, slope) in materials.KINDS.items():
             own = np.array([each == kind for each in kinds])
             targets[own] = (level, slope) + OWN * (found[own] - found[own].mean(0))
         weaker = np.array([RIBS_DB if ribbed(surface) else STRUCTURE_DB for surface in materials.DRAWN])

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from tactogram.datasets.simulate import make, tasks
 from tactogram.signal.filters import bandpass
+from tactogram_simulate import make, tasks
 
 SECONDS, RATE = 4.0, 1000.0
 WIDTH, SURFACE, TRACE = 880, 120, 150

@@ -14,7 +14,7 @@ import numpy as np
 
 import tactogram
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.simulate import make, tasks
+from tactogram_simulate import make, tasks
 
 folder = Path(mkdtemp())
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import welch
 
 import tactogram
-from tactogram.datasets.simulate import make, tasks
+from tactogram_simulate import make, tasks
 
 # %%
 # Two strokes of one simulated cork sheet, at 100 and at 200 mm/s. Only the first is given to the model.

@@ -12,7 +12,7 @@ from tempfile import mkdtemp
 import matplotlib.pyplot as plt
 
 import tactogram
-from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram_simulate import simulate_to_store
 
 folder = Path(mkdtemp())
 simulate_to_store("stroking9", folder / "store", per_class=8, seconds=2, seed=1, workers=1)

@@ -15,7 +15,7 @@ import numpy as np
 
 import tactogram
 from tactogram.signal.io import write_image
-from tactogram.workflows.data.simulate import simulate_to_store
+from tactogram_simulate import simulate_to_store
 
 folder = Path(mkdtemp())
 

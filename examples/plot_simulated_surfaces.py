@@ -12,8 +12,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.signal import spectrogram
 
-from tactogram.datasets.simulate import make, tasks
 from tactogram.signal.filters import bandpass
+from tactogram_simulate import make, tasks
 
 # %%
 # A recording is described before it is made, so that it can be made anywhere; here the sensor is a faster one.

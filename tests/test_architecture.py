@@ -29,6 +29,7 @@ LIGHT = [
     "tactogram_playback.workflows.actuators",
     "tactogram_playback.workflows.playback",
     "tactogram_playback.workflows.stream",
+    "tactogram_simulate.sets",
     "tactogram_study.study_file",
 ]
 
@@ -67,14 +68,24 @@ APPLICATIONS = sorted((ROOT / "packages").glob("*/src/*"))
 @pytest.mark.parametrize("folder", APPLICATIONS, ids=lambda folder: folder.name)
 def test_an_application_imports_of_the_core_what_its_packages_list(folder):
     inner = set()
-    for file in folder.rglob("*.py"):
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("tactogram."):
-                place = ROOT / "src" / node.module.replace(".", "/")
-                public = node.module.count(".") == 1 or (place / "__init__.py").is_file()
-                inner |= set() if public else {node.module}
+    for module in _modules_imported(folder):
+        place = ROOT / "src" / module.replace(".", "/")
+        public = module.count(".") == 1 or (place / "__init__.py").is_file()
+        inner |= {module} if module.startswith("tactogram.") and not public else set()
     declaring = {"tactogram.cli.verbs", "tactogram.cli.printing"}
     assert inner <= declaring  # what verbs are declared with
+
+
+@pytest.mark.parametrize("folder", APPLICATIONS, ids=lambda folder: folder.name)
+def test_an_application_imports_of_the_simulator_what_it_lists(folder):
+    inner = {module for module in _modules_imported(folder) if module.startswith("tactogram_simulate.")}
+    assert folder.name == "tactogram_simulate" or not inner
+
+
+def _modules_imported(folder):
+    trees = (ast.parse(file.read_text(encoding="utf-8")) for file in folder.rglob("*.py"))
+    nodes = (node for tree in trees for node in ast.walk(tree))
+    return {node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module}
 
 
 def test_no_modules_import_each_other_in_a_circle():
@@ -124,7 +135,7 @@ def test_the_public_interface_is_what_type_checkers_see():
 def test_every_dependency_is_pinned_and_has_its_reason():
     files = (ROOT / "pyproject.toml", *sorted(ROOT.glob("packages/*/pyproject.toml")))
     projects = [tomllib.loads(file.read_text())["project"] for file in files]
-    assert len(projects) == 6
+    assert len(projects) == 7
     pinned = {
         line.split("==")[0].lower()
         for line in (ROOT / "constraints.txt").read_text().splitlines()

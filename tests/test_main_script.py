@@ -23,7 +23,7 @@ def run(tmp_path):
     def run(body, workers):
         start = [
             "from tactogram.datasets import reading",
-            "from tactogram.workflows.data.simulate import simulate_to_store",
+            "from tactogram_simulate import simulate_to_store",
             "from tactogram.workflows.data.stores import import_store",
             "reading.PATIENCE_S = 0",
             "reading.cores = lambda: 2",

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from tactogram.datasets import open_store
-from tactogram.datasets.importers import biotac_slide, folder, vibviz
+from tactogram.datasets.importers import folder
 from tactogram.errors import DataError, ParameterError
 from tactogram.recipe import Recipe
 from tactogram.rendering.displays.catalogue import open_display, shipped
@@ -15,6 +15,7 @@ from tactogram.rendering.motion.recorded_motion import MotionFile
 from tactogram.signal.io import read_signal
 from tactogram.text_files import csv_rows, parse_json, parse_toml, read_table, read_text
 from tactogram.workflows.training.loaded_run import load_run
+from tactogram_benchmark.importers import biotac_slide, vibviz
 from tactogram_capture.session.plan import SessionPlan
 from tactogram_playback.friction_fit import read_pairs
 from tactogram_playback.transducer.circuit import read_sweep

@@ -28,9 +28,9 @@ from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.resampling import resample
 from tactogram.signal.synthesis import synthesise
-from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram_simulate import simulate_to_store
 
 MEASURES: dict[str, Callable[[Sequence[Signal], Sequence[Signal]], float]] = {
     "spectrum": log_spectral_distance,

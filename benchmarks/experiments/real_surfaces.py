@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from tactogram.datasets.importers.hatt import find, read_surface
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.synthesis import synthesise
 from tactogram.workflows.progress import ProgressCallback
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
+from tactogram_benchmark.importers.hatt import find, read_surface
 
 EDGES_HZ = np.geomspace(20, 480, 21)
 CENTRES = np.log2(np.sqrt(EDGES_HZ[1:] * EDGES_HZ[:-1]))

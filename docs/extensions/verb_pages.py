@@ -12,7 +12,8 @@ from tactogram.parameters import parameters, summary
 
 GUIDES = {
     "start": ("guide", "devices"),
-    "data": ("data", "import", "ratings", "simulated-raters", "export"),
+    "data": ("data", "import", "ratings", "export"),
+    "simulating": ("data", "simulated-raters", "five-minutes"),
     "training": ("runs", "scale", "scale-training", "measures", "export"),
     "generating": ("guide", "scale"),
     "recognising": ("measures",),

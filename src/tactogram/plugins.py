@@ -48,12 +48,15 @@ class PluginGroup:
         Group under which an installed package names its modules: ``name = "my_package.my_module"``.
     variable : str
         Environment variable with further files and folders of files, separated as in PATH.
+    extra : str
+        Extra of this package that brings further modules.
     """
 
     kind: str
     package: str
     entry_points: str
     variable: str
+    extra: str = ""
 
     def names(self) -> tuple[str, ...]:
         """Return the names of all modules, sorted, without importing them; `ParameterError` if two have one name."""
@@ -69,9 +72,16 @@ class PluginGroup:
             return import_module(f"{self.package}.{name}")
         places = self._places()
         if name not in places:
-            remedy = f"{self.variable} names files of others"
+            named = f"{self.variable} names files of others"
+            remedy = "; ".join(filter(None, [self.further_extra(), named]))
             raise ParameterError.one_of(self.kind, sorted(places), name, remedy=remedy)
         return import_plugin(places[name])
+
+    def further_extra(self) -> str:
+        """Return how to install the extra that brings further modules; empty if there is none, or it is installed."""
+        if not self.extra or _entry_points(self.entry_points, tuple(sys.path)):
+            return ""
+        return f"further {self.kind}s come with an extra: pip install 'tactogram[{self.extra}]'"
 
     def definition(self, name: str, attribute: str, kind: type[T]) -> T:
         """Return the ``attribute`` of a module; `ParameterError` if it is not a ``kind`` with the module's name."""

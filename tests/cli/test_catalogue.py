@@ -68,11 +68,17 @@ def test_the_extras_name_every_verb_of_their_distributions():
     }
 
 
-def test_a_verb_that_is_not_installed_names_its_extra_in_its_help_too(monkeypatch, capsys):
+@pytest.mark.parametrize(
+    ("words", "extra"), [("stream", "playback"), ("demo", "simulate"), ("data simulate", "simulate")]
+)
+@pytest.mark.parametrize("further", [[], ["--help"]], ids=["verb", "help"])
+def test_a_verb_that_is_not_installed_names_its_extra_in_its_help_too(
+    words, extra, further, monkeypatch, capsys
+):
     monkeypatch.setattr(catalogue, "_packages", tuple)
-    assert main(["stream", "--help"]) == 2
+    assert main([*words.split(), *further]) == 2
     assert capsys.readouterr().err == (
-        "tactogram: `tactogram stream` comes with an extra: pip install 'tactogram[playback]'\n"
+        f"tactogram: `tactogram {words}` comes with an extra: pip install 'tactogram[{extra}]'\n"
     )
 
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import soundfile
 
+from tactogram import plugins
+from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
@@ -32,6 +34,21 @@ def test_every_set_is_listed():
     assert {"folder", "lmt108", "cluster", "biotac_slide", "vibviz", "hatt"} <= facts["import"].keys()
     assert facts["import"]["vibviz"]["licence"] == "CC-BY-4.0"
     assert {"stroking30", "stroking9"} <= facts["simulate"].keys()
+
+
+def test_without_the_extras_own_recordings_are_left_and_the_list_names_one(monkeypatch, capsys):
+    advice = "further importers come with an extra: pip install 'tactogram[benchmark]'"
+    assert main(["data", "list"]) == 0
+    assert advice not in capsys.readouterr().out
+    monkeypatch.setattr(plugins, "_entry_points", lambda group, path: ())
+    assert main(["data", "list"]) == 0
+    kept = capsys.readouterr().out
+    assert [line.split()[0] for line in kept.splitlines()] == ["import:", "folder", "further"]
+    assert kept.endswith(f"{advice}\n")
+    assert main(["data", "import", "lmt108", "x", "--out", "y"]) == 1
+    refused = capsys.readouterr().err
+    assert "importer must be one of folder, got 'lmt108'" in refused
+    assert advice in refused
 
 
 def test_a_store_says_what_it_holds(store):

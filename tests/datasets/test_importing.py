@@ -15,11 +15,11 @@ from tests.datasets.importers.sample_files import write_noise, write_photo
 
 from tactogram.cli import main
 from tactogram.datasets import add_recordings, open_store
-from tactogram.datasets.importers import biotac_slide
 from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store import writer
 from tactogram.datasets.store.store import problems
 from tactogram.errors import DataError, ParameterError
+from tactogram_benchmark.importers import biotac_slide
 
 IMPORT = """
 import sys
@@ -250,7 +250,7 @@ from pathlib import Path
 import pandas  # by pyarrow on its first use: here once, not in each child
 import pyarrow.parquet as pq
 from tactogram.datasets import add_recordings, open_store
-from tactogram.datasets.importers import biotac_slide
+from tactogram_benchmark.importers import biotac_slide
 from tactogram.datasets.store import shards, writer
 from tactogram.datasets.importer import importers
 from tactogram.datasets.importing import import_dataset

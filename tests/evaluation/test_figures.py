@@ -7,7 +7,7 @@ from tactogram.evaluation import figures
 from tactogram.evaluation.report import (
     save_figure,
 )
-from tactogram.signal import Image, Signal
+from tactogram.signal import Signal
 
 
 def stroke(rate=330.0):
@@ -17,12 +17,10 @@ def stroke(rate=330.0):
 
 def test_figures_are_drawn(tmp_path):
     counts = np.array([[3, 1], [0, 4]])
-    photo = Image(np.zeros((4, 4, 3), np.uint8))
     drawn = {
         "confusion": figures.confusion_figure(counts, ("a", "b")),
         "spectra": figures.spectra_figure({"one": [stroke(), stroke()], "other": [stroke()]}),
         "losses": figures.losses_figure([{"stage": 1, "step": s, "loss": 1 / s} for s in range(1, 40)]),
-        "photos": figures.photos_figure({"a": photo, "b": photo}),
     }
     for name, figure in drawn.items():
         with Pillow.open(save_figure(tmp_path / f"{name}.png", figure)) as picture:

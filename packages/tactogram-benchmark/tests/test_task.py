@@ -5,12 +5,12 @@ from benchmarks.make_tasks import family
 
 from tactogram import models
 from tactogram.datasets.importer import IMPORTERS
-from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import DataError, ParameterError
-from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram_benchmark.task import available_tasks, find_task
 from tactogram_benchmark.task_kind import kind_of
 from tactogram_benchmark.workflows import run_benchmark
+from tactogram_simulate import simulate_to_store
+from tactogram_simulate.sets import SETS
 
 TASKS = available_tasks()
 

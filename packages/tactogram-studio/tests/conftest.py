@@ -91,8 +91,8 @@ def surfaces(tmp_path_factory):
 
 
 def _make_surfaces(first: Path) -> None:
-    from tactogram.workflows.data.simulate import simulate_to_store
     from tactogram.workflows.training.train import train
+    from tactogram_simulate import simulate_to_store
 
     simulate_to_store("stroking9", first / "surfaces", seed=0, per_class=2, seconds=1.0, workers=1)
     train("ar_texture", first / "surfaces", split="all", out=first / "voices")

@@ -15,14 +15,12 @@ GROUPS = {
 }
 VERBS = {
     "start": {
-        "demo": "Simulate, classify, search, generate and evaluate surfaces, and write a report.",
         "doctor": "Check the installation: packages, missing extras with their purpose, and the compute device.",
         "models": "List the models, or show one with the settings that `train --set` takes.",
     },
     "data": {
         "data list": "List what can be imported and simulated.",
         "data import": "Import a data set into a store.",
-        "data simulate": "Simulate a data set of surfaces.",
         "data info": "Describe what a store holds.",
         "data export": "Write a store as a data set of the Hugging Face Hub.",
         "data check": "Check every shard of a store against its hash.",
@@ -60,6 +58,7 @@ VERBS = {
 }
 """Verbs and their help, by the module of `tactogram.cli` that declares each in its own ``VERBS``."""
 EXTRAS = {
+    "simulate": ("demo", "data simulate"),
     "playback": ("stream", "play", "sweep", "response", "calibrate", "transducer", "track"),
     "capture": ("capture", "capture-log", "live", "sources", "device"),
     "study": ("study",),

@@ -1,4 +1,4 @@
-"""Verbs on data sets: import, simulate, inspect, check, extend, rate."""
+"""Verbs on data sets: import, inspect, check, extend, rate."""
 
 from __future__ import annotations
 
@@ -12,8 +12,13 @@ WORKFLOWS = "tactogram.workflows.data"
 
 
 def _list_text(facts: dict[str, Any]) -> str:
+    from tactogram.datasets.importer import IMPORTERS
+
     rows = [(name, one["title"], one["licence"]) for name, one in facts["import"].items()]
-    return f"import:\n{columns(rows)}\nsimulate:\n{columns(list(facts['simulate'].items()))}"
+    lines = ["import:", columns(rows), *filter(None, [IMPORTERS.further_extra()])]
+    if facts["simulate"]:
+        lines += ["simulate:", columns(list(facts["simulate"].items()))]
+    return "\n".join(lines)
 
 
 _IN_MAPPING = "in the mapping that `--preview --save-mapping mapping.toml` writes"
@@ -79,7 +84,6 @@ VERBS = {
         status=_import_status,
         advice=ADVICE,
     ),
-    "data simulate": Verb(f"{WORKFLOWS}.simulate:simulate_to_store", lines_of),
     "data export": Verb(f"{WORKFLOWS}.stores:export_store", lines_of),
     "data info": Verb(f"{WORKFLOWS}.stores:store_info", _info_text),
     "data check": Verb(

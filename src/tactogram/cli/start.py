@@ -1,28 +1,14 @@
-"""Verbs for a first look: the demo, the installation check, the list of models."""
+"""Verbs for a first look: the installation check, the list of models."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from tactogram.cli.printing import accuracies, columns, lines_of, terminal_width
+from tactogram.cli.printing import columns, lines_of, terminal_width
 from tactogram.cli.verbs import Verb
 
 if TYPE_CHECKING:
     from tactogram.models import ModelInfo
-
-
-def _demo_text(result: dict[str, Any]) -> str:
-    unmet = result["none_of_these"]
-    return "\n".join(
-        [
-            f"simulated strokes classified correctly: {accuracies(result)}",
-            f"of {unmet['unknown']} strokes over a surface absent from training, "
-            f"{100 * unmet['unknown_rejected']:.0f} % are classified as none of these",
-            f"mixtures: {result['mixing']}",
-            f"report with pictures and sounds (open it in a browser): {result['report']}",
-            "to explore the same in the browser: tactogram studio",
-        ]
-    )
 
 
 def _doctor_text(facts: dict[str, Any]) -> str:
@@ -121,7 +107,6 @@ def _in_and_out(model: ModelInfo) -> str:
 
 
 VERBS = {
-    "demo": Verb("tactogram.workflows.demo:demo", _demo_text),
     "doctor": Verb("tactogram.workflows.doctor:doctor", _doctor_text),
     "models": Verb("tactogram.cli.start:describe_models", _models_text, folders=("models",)),
 }

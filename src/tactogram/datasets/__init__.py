@@ -1,4 +1,4 @@
-"""Data sets: recordings, the store, splits that cannot leak, the simulator."""
+"""Data sets: recordings, the store, splits that cannot leak."""
 
 import lazy_loader
 

@@ -1,6 +1,8 @@
 from .cells import (
     cell_text as cell_text,
     check_parquet as check_parquet,
+    finite_number as finite_number,
+    number_columns as number_columns,
     read_cells as read_cells,
 )
 from .examples import (
@@ -9,6 +11,12 @@ from .examples import (
     part_examples as part_examples,
     require_photographs as require_photographs,
     signal_kind as signal_kind,
+)
+from .importer import (
+    ImportedPhotograph as ImportedPhotograph,
+    ImportItem as ImportItem,
+    check_positive as check_positive,
+    files_below as files_below,
 )
 from .importers.folder import (
     MATERIAL_FROM as MATERIAL_FROM,
@@ -60,20 +68,6 @@ from .recording import (
     item_of as item_of,
     label_of as label_of,
 )
-from .simulate.raters.scoring import (
-    draw_people as draw_people,
-    score_together as score_together,
-    score_vibrations as score_vibrations,
-)
-from .simulate.sets import (
-    SETS as SETS,
-    make as make,
-    tasks as tasks,
-)
-from .simulate.tactile_images import (
-    FAMILIES as FAMILIES,
-    tactile_image as tactile_image,
-)
 from .splits.photograph_splitting import (
     PhotographRegions as PhotographRegions,
     materials_without_photographs as materials_without_photographs,
@@ -96,6 +90,9 @@ from .splits.splitting import (
 from .store.pending import (
     clear_stale_parts as clear_stale_parts,
 )
+from .store.photographs import (
+    PICTURES as PICTURES,
+)
 from .store.store import (
     Store as Store,
     open_store as open_store,
@@ -104,6 +101,8 @@ from .store.writing import (
     add_ratings as add_ratings,
     add_recordings as add_recordings,
     append_recording as append_recording,
+    check_new as check_new,
     create_store as create_store,
+    new_store as new_store,
     recover_store as recover_store,
 )

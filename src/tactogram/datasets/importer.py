@@ -37,6 +37,7 @@ IMPORTERS = PluginGroup(
     "tactogram.datasets.importers",
     "tactogram.importers",
     "TACTOGRAM_IMPORTERS",
+    extra="benchmark",
 )
 
 

@@ -3,6 +3,9 @@ from .checkpoint_selection import (
     choose as choose,
     smoothed as smoothed,
 )
+from .figures import (
+    confusion_figure as confusion_figure,
+)
 from .generation.comparison import (
     CEILING as CEILING,
     FLOOR as FLOOR,
@@ -64,6 +67,7 @@ from .report import (
     Block as Block,
     ReportFigure as ReportFigure,
     ReportSection as ReportSection,
+    ReportSound as ReportSound,
     ReportTable as ReportTable,
     ReportText as ReportText,
     save_figure as save_figure,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.signal import welch
 
-from tactogram.signal import Image, Signal
+from tactogram.signal import Signal
 from tactogram.signal.figure import AXIS_COLOURS, unit_text
 from tactogram.statistics.figures import INK
 
@@ -88,17 +88,3 @@ def plot_losses(axes: Axes, losses: Mapping[str, Sequence[tuple[int, float]]]) -
         width = max(1, len(value) // 25)
         smooth = np.convolve(value, np.ones(width) / width, "valid")
         axes.plot(step[width - 1 :], smooth, lw=1.6, color=colour, label=name)
-
-
-def photos_figure(photos: Mapping[str, Image]) -> Figure:
-    """Draw photographs in a grid, each under its name."""
-    columns = min(5, len(photos))
-    rows = -(-len(photos) // columns)
-    figure = Figure(figsize=(9, 1.95 * rows), layout="constrained")
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for place in grid:
-        place.axis("off")
-    for place, (name, image) in zip(grid, photos.items(), strict=False):
-        place.imshow(image.pixels)
-        place.set_title(name, fontsize=8)
-    return figure

@@ -4,6 +4,11 @@ from .autoregressive import (
 )
 from .autoregressive_fit import (
     fit_autoregressive as fit_autoregressive,
+    reflection_of_autocorrelation as reflection_of_autocorrelation,
+)
+from .crest_factor import (
+    periodic_signal as periodic_signal,
+    random_phases as random_phases,
 )
 from .displacement import (
     over_displacement as over_displacement,
@@ -11,6 +16,7 @@ from .displacement import (
 )
 from .figure import (
     AXIS_COLOURS as AXIS_COLOURS,
+    signal_figure as signal_figure,
 )
 from .filters import (
     dft321 as dft321,
@@ -19,6 +25,8 @@ from .joining import (
     join as join,
 )
 from .line_spectrum import (
+    polynomial_of_reflection as polynomial_of_reflection,
+    reflection_of_line_spectrum as reflection_of_line_spectrum,
     reflection_of_polynomial as reflection_of_polynomial,
 )
 from .listening import (
@@ -40,6 +48,7 @@ from .perception import (
     FELT_HZ as FELT_HZ,
     detection_threshold as detection_threshold,
     sensation_level_db as sensation_level_db,
+    weighted as weighted,
 )
 from .resampling import (
     resample as resample,
@@ -60,6 +69,10 @@ from .texture_map import (
     ModelMap as ModelMap,
     NoiseMap as NoiseMap,
     TextureMap as TextureMap,
+)
+from .timing import (
+    estimate_timing as estimate_timing,
+    to_uniform as to_uniform,
 )
 from .units import (
     STANDARD_GRAVITY as STANDARD_GRAVITY,

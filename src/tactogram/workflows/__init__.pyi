@@ -3,9 +3,6 @@ from .data.convert import (
     list_formats as list_formats,
     reading_parameters as reading_parameters,
 )
-from .data.simulate import (
-    simulate_to_store as simulate_to_store,
-)
 from .data.sources import (
     SIGNAL_FORMATS as SIGNAL_FORMATS,
 )
@@ -16,7 +13,11 @@ from .data.stores import (
 from .evaluation.crossval import (
     crossval as crossval,
 )
+from .evaluation.evaluate import (
+    evaluate as evaluate,
+)
 from .evaluation.mixing_ladder import (
+    mix_ladder as mix_ladder,
     mixing_ladder as mixing_ladder,
     recorded as recorded,
 )
@@ -38,6 +39,9 @@ from .evaluation.reference_models import (
     classifier_of as classifier_of,
     felt as felt,
     tactile_kind as tactile_kind,
+)
+from .evaluation.run_evaluation import (
+    evaluate_run as evaluate_run,
 )
 from .evaluation.word_signals import (
     WordGenerationResult as WordGenerationResult,
@@ -137,6 +141,8 @@ from .training.train import (
     train as train,
 )
 from .workers.tasks import (
+    Outcome as Outcome,
     absolute as absolute,
+    in_order as in_order,
     run_tasks as run_tasks,
 )

@@ -22,11 +22,12 @@ EXTRAS = {
     "lsl": "Lab Streaming Layer",
     "daq": "National Instruments devices",
     "dwf": "Digilent Analog Discovery",
+    "simulate": "simulated surfaces and raters, the demo",
     "playback": "live output to displays, streams under a finger",
     "capture": "sensors, sessions, live recognition",
     "study": "experiments with people",
     "studio": "studio and studies in the browser",
-    "benchmark": "tasks, and published tables and figures",
+    "benchmark": "tasks, published data sets, tables and figures",
     "ray": "tasks on several machines, sweeps",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }

@@ -20,7 +20,7 @@ def ridges(*, length_mm=100, rate=20, period_mm=1.0):
 
 @pytest.mark.real_data
 def test_recorded_friction_is_rendered_and_what_is_missing_said(real_data):
-    from tactogram.datasets.importers import cdplab
+    from tactogram_benchmark.importers import cdplab
 
     display = open_display("electrovibration")
     fabric = next(item for item in cdplab.find(real_data("cdplab_friction")) if "fabric" in item.name)

@@ -2,11 +2,11 @@
 
 import pytest
 
-from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.run_evaluation import evaluate_run
 from tactogram.workflows.generation.word_scores import some_words
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
+from tactogram_simulate import simulate_to_store
 
 
 @pytest.mark.slow

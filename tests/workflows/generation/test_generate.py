@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.simulate.materials import SYNONYMS
+from tactogram.datasets.everyday import SYNONYMS
 from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier

@@ -13,11 +13,11 @@ import worker_chores as chores
 
 from tactogram.cli import main
 from tactogram.errors import ParameterError
-from tactogram.workflows.data.simulate import simulate_to_store
 from tactogram.workflows.evaluation.crossval import crossval
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.ray_cluster import connected
+from tactogram_simulate import simulate_to_store
 
 ray = pytest.importorskip("ray", reason="Ray, of the extra ray, is not installed")
 

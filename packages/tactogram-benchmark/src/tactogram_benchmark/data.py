@@ -26,8 +26,9 @@ from tactogram.datasets import (
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.plugins import further_folders
-from tactogram.workflows import ProgressCallback, RatingData, silent, simulate_to_store
+from tactogram.workflows import ProgressCallback, RatingData, silent
 from tactogram_benchmark.task import BenchmarkTask, find_task
+from tactogram_simulate import simulate_to_store
 
 STORES_VARIABLE = "TACTOGRAM_STORES"
 """Environment variable with stores, or folders of stores, separated as in PATH."""

@@ -8,8 +8,6 @@ import torch
 from made_up_pictures import MadeUpWorkflows
 
 from tactogram import models
-from tactogram.datasets.simulate.photo import photographs
-from tactogram.datasets.simulate.sets import SETS
 from tactogram.errors import DataError
 from tactogram.model import Example, SignalKind
 from tactogram.nn.photo_translation import PhotoTranslation
@@ -21,6 +19,8 @@ from tactogram_benchmark.experiments import (
     picture_cells,
     visual_tactile_gan_table4 as table4,
 )
+from tactogram_simulate.photo import photographs
+from tactogram_simulate.sets import SETS
 
 
 @pytest.fixture(autouse=True)

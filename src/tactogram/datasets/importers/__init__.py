@@ -1,1 +1,1 @@
-"""Importers of published data sets and of plain folders, one module each."""
+"""Importers of recordings of one's own, one module each."""

@@ -58,7 +58,11 @@ from .roles import (
 from .sound import (
     read_header as read_header,
 )
+from .table import (
+    text_table as text_table,
+)
 from .table_content import (
+    column_numbers as column_numbers,
     unit_note as unit_note,
 )
 from .table_head import (

@@ -231,9 +231,9 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
     if suffix in TEXTS:
         if path.stat().st_size > MOST_TEXT_BYTES:
             raise DataError(path, f"must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
-        return [table.table(path, path.read_bytes())]
+        return [table.text_table(path, path.read_bytes())]
     if suffix in PACKED:
-        return [table.table(Path(name), raw) for name, raw in unpacked(path).items()]
+        return [table.text_table(Path(name), raw) for name, raw in unpacked(path).items()]
     if suffix in WORKBOOKS:
         return worksheet.tables(path, sheet=sheet)
     if suffix in ARRAYS:

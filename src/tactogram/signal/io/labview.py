@@ -104,7 +104,7 @@ def _measurement(
         )
         delta = {steps[i] for i in group}
         step = _number(delta.pop()) if len(delta) == 1 else 0.0
-        read = table.table(path, text.encode())
+        read = table.text_table(path, text.encode())
         written = max(map(_number, facts.get("Samples", [])), default=0.0)
         notes = read.notes
         if not times and len(read) > written > 0:

@@ -55,7 +55,7 @@ _SNIFFED_BYTES = 8192
 _YAML = re.compile(r"\s*(?:[\w/]+:(?:\s+\S+)?|---|- \S+)\s*")
 
 
-def table(path: Path, raw: bytes) -> RawTable:
+def text_table(path: Path, raw: bytes) -> RawTable:
     """Return the columns of a text table with one row per sample.
 
     Lines of a logger above the heading and comments are no rows; a line below the headings may hold units. Separators

@@ -1,1 +1,1 @@
-"""Data sets: simulating, importing, converting, rating."""
+"""Data sets: importing, converting, rating."""

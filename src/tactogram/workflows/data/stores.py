@@ -29,14 +29,18 @@ def list_sets() -> dict[str, Any]:
         ``import``: ``title``, ``licence`` and ``description`` by name; ``simulate``: one line by name.
     """
     from tactogram.datasets.importer import importers
-    from tactogram.datasets.simulate import simulated_sets
+    from tactogram.plugins import entry_point_modules, import_plugin
 
     return {
         "import": {
             name: {"title": i.TITLE, "licence": i.LICENCE, "description": i.DESCRIPTION}
             for name, i in importers().items()
         },
-        "simulate": simulated_sets(),
+        "simulate": {
+            name: line
+            for module in entry_point_modules("tactogram.simulators")
+            for name, line in import_plugin(module).simulated_sets().items()
+        },
     }
 
 

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets.simulate.materials import SYNONYMS, known_from
+from tactogram.datasets.everyday import SYNONYMS, known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import describe, plain
 from tactogram.model import Condition, Limit, check_options, check_values, condition_options

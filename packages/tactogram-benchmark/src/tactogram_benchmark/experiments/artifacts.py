@@ -14,7 +14,8 @@ from tactogram.datasets import Store, open_store
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal, write_text
-from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, simulate_to_store, train
+from tactogram.workflows import ProgressCallback, absolute, run_tasks, silent, train
+from tactogram_simulate import simulate_to_store
 
 
 def find_or_simulate(
@@ -168,8 +169,8 @@ IN_RECORDINGS = {
     "luncheon-mat-02": "Luncheon02",
     "luncheon-mat-03": "Luncheon03",
 }
-"""Names in the laboratory's recordings (`tactogram.datasets.importers.saga_strokes`) by those of the simulated set. The
-recordings have no cloth; artificial leather, which the paper does not name, is assumed to be it."""
+"""Names in the laboratory's recordings (`tactogram_benchmark.importers.saga_strokes`) by those of the simulated set.
+The recordings have no cloth; artificial leather, which the paper does not name, is assumed to be it."""
 
 
 def materials_of(store: Store) -> dict[str, str]:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from tactogram.cli.printing import columns
-from tactogram.datasets import Ratings, draw_people, read_table, score_together, score_vibrations
+from tactogram.datasets import Ratings, read_table
 from tactogram.errors import ParameterError
 from tactogram.evaluation import save_figure
 from tactogram.signal import Image, Signal
@@ -29,6 +29,7 @@ from tactogram_benchmark.experiments.cross_modal_errors import (
     per_word_figure,
 )
 from tactogram_benchmark.experiments.image_cells import WEIGHTS, draws_of, image_run, plates_of
+from tactogram_simulate import draw_people, score_together, score_vibrations
 
 PEOPLE = 20
 """In each of the two groups. Sec. II-D; n = 2,400 answers of 12 plates and 10 words in Fig. 5."""

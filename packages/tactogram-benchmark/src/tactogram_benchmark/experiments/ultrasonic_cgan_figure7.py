@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.cli.printing import columns
-from tactogram.datasets import Ratings, Store, draw_people, read_table, score_vibrations, write_table
+from tactogram.datasets import Ratings, Store, read_table, write_table
 from tactogram.errors import ParameterError
 from tactogram.evaluation import (
     NEAREST,
@@ -41,6 +41,7 @@ from tactogram_benchmark.experiments.artifacts import (
     write_items,
 )
 from tactogram_benchmark.experiments.word_map import distances_to_targets, word_map_figure
+from tactogram_simulate import draw_people, score_vibrations
 
 GROUPS = {"A": 1, "B": 2, "C": 3, "D": 4, "E": 12}
 """Clusters of the plates in each group. Sec. IV-B."""

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from tactogram.cli.printing import columns
-from tactogram.datasets import draw_people, score_vibrations
 from tactogram.errors import ParameterError, Remedy
 from tactogram.evaluation import NEAREST, STRAIGHT, SelectionRule, choose, reproduction, smoothed
 from tactogram.models.ultrasonic_cgan import Config, clusters_of, tree_of
@@ -34,6 +33,7 @@ from tactogram_benchmark.experiments.ultrasonic_cgan_figure7 import (
     SIMULATED_RATERS,
     chosen_groups,
 )
+from tactogram_simulate import draw_people, score_vibrations
 
 PUBLISHED = {"A": True, "B": True, "C": True, "D": True, "E": False}
 """Whether the training succeeded. Sec. IV-C."""

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import SETS
 from tactogram.errors import ParameterError
 from tactogram.signal.io import read_metadata, write_signal
+from tactogram_simulate import SETS
 from tactogram_studio.study_draft.draft import StudyDraft
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import SelectedSignal

@@ -78,7 +78,8 @@ class StarterData:
 
 def make(store: Path, run: Path) -> None:
     """Simulate the surfaces and fit their textures, with progress on stdout."""
-    from tactogram.workflows import simulate_to_store, train
+    from tactogram.workflows import train
+    from tactogram_simulate import simulate_to_store
 
     sys.stdout.write("simulating nine surfaces\n")
     sys.stdout.flush()

@@ -6,9 +6,9 @@ import zlib
 from dataclasses import replace
 from functools import lru_cache
 
-from tactogram.datasets import FAMILIES, SETS, make, tactile_image, tasks
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal, fit_autoregressive, synthesise
+from tactogram_simulate import FAMILIES, SETS, make, tactile_image, tasks
 from tactogram_study.stimuli import Stimulus
 
 SEEDS = 16

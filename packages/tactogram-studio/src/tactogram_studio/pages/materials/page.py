@@ -14,7 +14,8 @@ from tactogram.datasets import RecordingInfo, Store
 from tactogram.errors import TactogramError
 from tactogram.parameters import parameters
 from tactogram.signal import Signal
-from tactogram.workflows import list_sets, simulate_to_store
+from tactogram.workflows import list_sets
+from tactogram_simulate import simulate_to_store
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, folder_chooser

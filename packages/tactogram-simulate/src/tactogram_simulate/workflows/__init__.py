@@ -1,0 +1,1 @@
+"""Workflows: what the verbs of this package do, one function each."""
