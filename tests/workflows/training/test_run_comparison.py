@@ -9,7 +9,6 @@ from tactogram.errors import ParameterError, RunError
 from tactogram.workflows.evaluation.evaluate import evaluate
 from tactogram.workflows.training.run_comparison import compare_runs
 from tactogram.workflows.training.train import train
-from tactogram_simulate import simulate_to_store
 
 
 @pytest.fixture(scope="module")
