@@ -204,6 +204,4 @@ def interpolate(
                 a * r[i0, j0, x, m] + b * r[i1, j0, x, m] + c * r[i0, j1, x, m] + d * r[i1, j1, x, m]
             )
         for y in range(axes):
-            root[x, y] = (
-                a * q[i0, j0, x, y] + b * q[i1, j0, x, y] + c * q[i0, j1, x, y] + d * q[i1, j1, x, y]
-            )
+            root[x, y] = a * q[i0, j0, x, y] + b * q[i1, j0, x, y] + c * q[i0, j1, x, y] + d * q[i1, j1, x, y]
