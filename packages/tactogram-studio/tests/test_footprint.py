@@ -6,22 +6,23 @@ import sys
 from pathlib import Path
 
 from benchmarks.bench_studio import MOST_KB, MOST_MB, PAGES, kilobytes_sent, megabytes, wait_until_idle
+from benchmarks.bench_touch import served
 from fontTools.ttLib import TTFont
 
 import tactogram_studio
 
-ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
 
-
-def test_pages_are_small_and_so_is_a_server_at_rest(browser, served, workspace, monkeypatch):
+def test_pages_are_small_and_so_is_a_server_at_rest(browser, tmp_path, monkeypatch):
+    """With the example surfaces of an empty folder."""
     monkeypatch.delenv("PYTEST_CURRENT_TEST")  # NiceGUI compresses nothing in a test
-    with served(*ARGUMENTS, folder=workspace, prefix="studio: ") as (process, address):
+    serving = served(tmp_path)
+    with serving as address:
         sent = {path: kilobytes_sent(browser, address, path) for path in PAGES}
         assert {path: kb for path, kb in sent.items() if kb > MOST_KB} == {}
         assert min(sent.values()) > 100  # it was all counted
-        wait_until_idle(process.pid)
+        wait_until_idle(serving.pid)
         if sys.platform == "linux" and "COVERAGE_PROCESS_CONFIG" not in os.environ:
-            assert megabytes(process.pid) < MOST_MB
+            assert megabytes(serving.pid) < MOST_MB
 
 
 def test_the_font_of_icons_has_those_that_pages_name():
