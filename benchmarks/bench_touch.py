@@ -182,6 +182,7 @@ class served:  # noqa: N801
         self._process = subprocess.Popen(
             command, cwd=self._folder, stdout=subprocess.PIPE, text=True, start_new_session=True
         )
+        self.pid = self._process.pid
         line = next(line for line in self._process.stdout if line.startswith("studio: "))
         made = self._folder / "studio" / "first" / "voices" / "model.json"
         until = time.monotonic() + 120

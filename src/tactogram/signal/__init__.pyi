@@ -41,6 +41,7 @@ from .modulated_noise import (
 from .modulated_noise_synthesis import (
     NoiseProcess as NoiseProcess,
     band_sections as band_sections,
+    parameter_views as parameter_views,
     parameters_of as parameters_of,
     synthesise_modulated_noise as synthesise_modulated_noise,
 )

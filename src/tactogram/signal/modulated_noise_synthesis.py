@@ -213,11 +213,13 @@ def band_sections(rate: float) -> Array:
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
 def _advance(innovation: Array, parameters: NoiseParameters, state: _State) -> None:
     """Draw the scores at the end of the next frame."""
-    lattice, scores = state.lattice, state.scores
+    lattice, scores, rotations = state.lattice, state.scores, parameters.rotations
     lags, gains = lattice.shape
-    x, new = innovation.copy(), np.empty(gains)
+    x, new = np.empty(gains), np.empty(gains)
+    for g in range(gains):
+        x[g] = innovation[g]
     for m in range(lags - 1, -1, -1):
-        s, k, t = parameters.rotations[m]
+        s, k, t = rotations[m, 0], rotations[m, 1], rotations[m, 2]
         for g in range(gains):
             total = 0.0
             for h in range(gains):
@@ -233,9 +235,9 @@ def _advance(innovation: Array, parameters: NoiseParameters, state: _State) -> N
                 for g in range(gains):
                     lattice[m + 1, g] -= k[h, g] * x[h]
         x, new = new, x
-    lattice[0] = x
-    scores[0] = scores[1]
     for g in range(gains):
+        lattice[0, g] = x[g]
+        scores[0, g] = scores[1, g]
         scores[1, g] = 0.0
         for h in range(gains):
             scores[1, g] += parameters.root[g, h] * x[h]
@@ -251,7 +253,9 @@ def _transform(parameters: NoiseParameters, state: _State, gains: Array) -> None
             offset += parameters.offset_root[g, h] * state.own[h]
         for end in range(2):
             z = state.scores[end, g] + offset
-            i = min(max(np.searchsorted(SCORES, z), 1), last)
+            i = 1
+            while i < last and SCORES[i] < z:
+                i += 1
             share = min(max((z - SCORES[i - 1]) / (SCORES[i] - SCORES[i - 1]), 0.0), 1.0)
             q = parameters.quantiles[g]
             gains[end, g] = (1 - share) * q[i - 1] + share * q[i]

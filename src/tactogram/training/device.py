@@ -5,12 +5,15 @@ from __future__ import annotations
 import logging
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Any
+from functools import cached_property
+from typing import Any, TypeVar
 
 from tactogram.errors import ParameterError, RunError
 from tactogram.recipe import TrainingSettings
+
+T = TypeVar("T")
 
 
 @contextmanager
@@ -33,8 +36,31 @@ def memory_checked(what: str) -> Iterator[None]:
         ) from error
 
 
+class OneProcess:
+    """The only process of a training: Fabric, which takes seconds to import, once a network is handed to it."""
+
+    is_global_zero, global_rank, world_size = True, 0, 1
+
+    def __init__(self, make: Callable[[], Any]) -> None:
+        self._make = make
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._fabric, name)
+
+    @cached_property
+    def _fabric(self) -> Any:
+        return self._make()
+
+    def broadcast(self, value: T) -> T:
+        """Return a value as the first process has it."""
+        return value
+
+    def barrier(self) -> None:
+        """Wait for the other processes: there are none."""
+
+
 def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", devices: int = 1) -> Any:
-    """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision.
+    """Return a launched ``lightning_fabric.Fabric`` for a recipe's precision, or a `OneProcess` that makes it.
 
     Of ``training`` its ``precision`` is used. ``accelerator`` is Fabric's name: ``auto`` takes a GPU if there is one.
     ``devices``: processes of this machine, each with its device, of which Fabric starts the further ones; each trains
@@ -42,13 +68,19 @@ def make_fabric(training: TrainingSettings, *, accelerator: str = "auto", device
 
     Raises `ParameterError` if this machine has no such device; `RunError` if the processes cannot connect.
     """
+    if devices < 1:
+        raise ParameterError.must("devices", "be >= 1", devices)
+    if devices == 1 and accelerator in ("auto", "cpu"):
+        return OneProcess(lambda: _launched(training, accelerator, devices))
+    return _launched(training, accelerator, devices)
+
+
+def _launched(training: TrainingSettings, accelerator: str, devices: int) -> Any:
     from lightning_fabric import Fabric
     from lightning_fabric.utilities.exceptions import MisconfigurationException
 
     from tactogram.training.averaging import AveragingStrategy
 
-    if devices < 1:
-        raise ParameterError.must("devices", "be >= 1", devices)
     logging.getLogger("lightning_fabric").setLevel(
         logging.WARNING
     )  # it announces processes and number formats

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import importlib
 import secrets
@@ -21,6 +22,8 @@ from tactogram_study.participants.tickets import write_secret
 if TYPE_CHECKING:
     from tactogram_studio.server.guard import RequestGuard
 
+M_ARENA_MAX = -8
+"""Of glibc's malloc.h."""
 STATIC = Path(__file__).parent / "static"
 PAGES = (
     "home",
@@ -71,6 +74,7 @@ def make_app(
     state = _state_folder(studio)
     imported("nicegui", extra="studio", what="the studio")
     from fastapi import FastAPI
+    from fastapi.middleware.gzip import GZipMiddleware
     from fastapi.staticfiles import StaticFiles
     from nicegui import app as pages_app, ui
     from nicegui.storage import Storage
@@ -82,7 +86,7 @@ def make_app(
 
     Storage.path = state  # NiceGUI reads its environment variable on import: possibly too early
     app = FastAPI(title="tactogram", docs_url=None, redoc_url=None, openapi_url=None)
-    app.mount("/static", StaticFiles(directory=STATIC), name="static")
+    app.mount("/static", GZipMiddleware(StaticFiles(directory=STATIC)), name="static")
     app.include_router(participant_router(studio.sessions))
     if not studio.study_only:
         studio.sessions.reopen(studio.workspace.sessions())
@@ -140,6 +144,7 @@ def serve(
             here = f"{listening.here}{path}{query}"
             threading.Thread(target=webbrowser.open, args=(here,), daemon=True).start()
 
+    _share_memory_between_threads()
     app = make_app(studio, token=token, names=listening.names, https=listening.https)
     # Modules loaded by now are never freed: scanning them in each garbage collection would block responses for 0.1 s.
     gc.collect()
@@ -150,6 +155,12 @@ def serve(
             StudioServer(app, context=context).run(sockets=[listening.socket])
     finally:
         studio.sessions.close()
+
+
+def _share_memory_between_threads() -> None:
+    """Let glibc allocate from one arena: with one for each thread, what some have freed is of no use to others."""
+    with suppress(OSError, AttributeError, TypeError):  # another C library
+        ctypes.CDLL(None).mallopt(M_ARENA_MAX, 1)
 
 
 def _state_folder(studio: Studio) -> Path:

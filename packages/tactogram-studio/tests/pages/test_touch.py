@@ -27,7 +27,7 @@ from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, No
 from tactogram_playback.streaming.texture_table import TextureTable
 from tactogram_playback.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram_studio.pages.touch import parse_request
-from tactogram_studio.touch.tables import table_of_map
+from tactogram_studio.touch.tables import rounded_parameters, table_of_map
 
 """The page Touch in a browser: its sound thread makes what Python's stream makes of the same motion.
 
@@ -251,8 +251,11 @@ def ribbed():
 
 
 def noisy_of(surface, seed):
-    """Modulated noise with the script's noise."""
-    texture = ModulatedNoiseTexture("pulse", NoiseTable(surface), rate=RATE, most=MOST, seed=0)
+    """Modulated noise with the script's noise and rounded parameters."""
+    table = NoiseTable(surface)
+    whole, steps = rounded_parameters(table)
+    table.grid = table.grid._replace(values=whole * steps)
+    texture = ModulatedNoiseTexture("pulse", table, rate=RATE, most=MOST, seed=0)
     texture._process._innovations = texture._process._noise = Sfc32(seed)
     texture._process._tones._random = Sfc32(seed ^ 0x746F6E65)
     return texture

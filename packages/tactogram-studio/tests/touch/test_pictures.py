@@ -16,7 +16,7 @@ def ridges(per_mm=0.5, length_mm=80.0, rate=20.0, amplitude=2.0):
 
 def test_the_pad_shows_the_materials_picture_where_the_data_has_one(sources):
     picture = picture_of(sources, TextureRequest(where="run", of=VOICES, material="tile"))
-    assert (picture.kind, picture.png[:4]) == ("rendered", b"\x89PNG")
+    assert (picture.kind, picture.webp[8:12]) == ("rendered", b"WEBP")
     assert picture.mm_per_pixel == pytest.approx(0.15)
     assert picture.words == "tile: rendered picture of the simulated surface"
 

@@ -14,12 +14,13 @@ from tactogram.rendering.level import parse_level
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
+from tactogram.signal.modulated_noise_synthesis import parameter_views
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
 from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, NoiseTable
 from tactogram_playback.streaming.texture_table import TextureTable
 from tactogram_playback.streaming.textures import AutoregressiveTexture, SurfaceTexture
-from tactogram_studio.touch.tables import table_of_map, table_of_signal
+from tactogram_studio.touch.tables import rounded_parameters, table_of_map, table_of_signal
 
 RATE = 48_000.0
 
@@ -99,12 +100,34 @@ def test_a_packed_table_of_noise_holds_what_rendering_plays(noise):
     table = NoiseTable(noise, axis="y")
     texture = ModulatedNoiseTexture("noise", table, rate=RATE, most=128, seed=0)
     assert (head["kind"], head["lags"], head["table_rate"]) == ("noise", table.lags, 1000.0)
-    assert np.array_equal(arrays["values"], table.grid.values.ravel())
+    whole, steps = rounded_parameters(table)
+    curved = arrays["values"].reshape(whole.shape[::-1])
+    assert np.array_equal(np.cumsum(np.cumsum(curved, axis=2), axis=2).T, whole)
+    assert np.array_equal(arrays["steps"], steps)
     assert np.array_equal(arrays["speeds"], table.grid.speeds)
     assert np.array_equal(arrays["kernel"], texture.resampler.kernel.ravel())
     assert head["half"] == texture.resampler.half
     assert head["notes"] == [*BEYOND, "axis y only"]
     assert head["follows"] == "speed and force"
+
+
+@pytest.mark.slow
+def test_rounded_parameters_keep_the_spectrum_and_lengthen_no_vector(noise):
+    table = NoiseTable(noise, axis="y")
+    whole, steps = rounded_parameters(table)
+    for exact, rounded in zip(
+        table.grid.values.reshape(-1, len(steps)), (whole * steps).reshape(-1, len(steps)), strict=True
+    ):
+        (one, _), (other, _) = (
+            parameter_views(np.float64(v), axes=1, lags=table.lags) for v in (exact, rounded)
+        )
+        power, changed = (np.abs(np.fft.rfft(each.taps[0])) ** 2 for each in (one, other))
+        loud = power > 1e-3 * power.max()
+        assert np.abs(10 * np.log10(changed[loud] / power[loud])).max() < 0.3
+        assert np.abs(one.quantiles - other.quantiles).max() < 4e-3
+        assert np.abs(one.rotations - other.rotations).max() < 0.01
+        for s, k, t in other.rotations:
+            assert np.linalg.norm(np.block([[s, k], [-k.T, t]]), 2) < 1 + 1e-12
 
 
 def test_several_axes_are_refused(noise):

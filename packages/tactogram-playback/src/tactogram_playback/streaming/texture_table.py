@@ -176,7 +176,9 @@ def node(value: float, nodes: Array) -> tuple[int, int, float]:
         return 0, 0, 0.0
     if value >= nodes[last]:
         return last, last, 0.0
-    i = int(np.searchsorted(nodes, value, side="right")) - 1
+    i = 0
+    while nodes[i + 1] <= value:
+        i += 1
     return i, i + 1, float((value - nodes[i]) / (nodes[i + 1] - nodes[i]))
 
 
@@ -194,6 +196,12 @@ def interpolate(
     j0, j1, w = node(force, grid.forces)
     a, b, c, d = (1 - u) * (1 - w), u * (1 - w), (1 - u) * w, u * w
     r, s, q = grid.reflection, grid.deviation, grid.root
-    reflection[:] = a * r[i0, j0] + b * r[i1, j0] + c * r[i0, j1] + d * r[i1, j1]
-    deviation[:] = np.exp(a * s[i0, j0] + b * s[i1, j0] + c * s[i0, j1] + d * s[i1, j1])
-    root[:] = a * q[i0, j0] + b * q[i1, j0] + c * q[i0, j1] + d * q[i1, j1]
+    axes, order = reflection.shape
+    for x in range(axes):  # loops: numba takes seconds to compile expressions of arrays
+        deviation[x] = np.exp(a * s[i0, j0, x] + b * s[i1, j0, x] + c * s[i0, j1, x] + d * s[i1, j1, x])
+        for m in range(order):
+            reflection[x, m] = (
+                a * r[i0, j0, x, m] + b * r[i1, j0, x, m] + c * r[i0, j1, x, m] + d * r[i1, j1, x, m]
+            )
+        for y in range(axes):
+            root[x, y] = a * q[i0, j0, x, y] + b * q[i1, j0, x, y] + c * q[i0, j1, x, y] + d * q[i1, j1, x, y]

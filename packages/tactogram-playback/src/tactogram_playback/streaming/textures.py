@@ -227,7 +227,13 @@ def _sinc(half: int, cutoff: float) -> Array:
 def _advance(speed: float, force: float, grid: TextureGrid, filter: _Filter) -> None:
     """Move the parameters at the end of the last block to the beginning, and write those of the new end."""
     reflection, deviation, root = filter.reflection, filter.deviation, filter.root
-    reflection[0], deviation[0], root[0] = reflection[1], deviation[1], root[1]
+    _, axes, order = reflection.shape
+    for a in range(axes):
+        deviation[0, a] = deviation[1, a]
+        for m in range(order):
+            reflection[0, a, m] = reflection[1, a, m]
+        for b in range(axes):
+            root[0, a, b] = root[1, a, b]
     interpolate(speed, force, grid, reflection[1], deviation[1], root[1])
 
 
@@ -259,7 +265,9 @@ def _resample(
 ) -> tuple[int, float]:
     """Write ``count`` interpolated samples; return the length of the history and the place in it."""
     axes, new = samples.shape
-    history[:, available : available + new] = samples
+    for a in range(axes):
+        for i in range(new):
+            history[a, available + i] = samples[a, i]
     available += new
     taps = 2 * half
     for i in range(count):

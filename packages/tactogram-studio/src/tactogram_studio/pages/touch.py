@@ -90,7 +90,7 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
     async def picture(request: Request) -> Response:
         def made() -> Response:
             shown = picture_of(sources, parse_request(request.query_params))
-            return Response(shown.png, media_type="image/png", headers=shown.headers())
+            return Response(shown.webp, media_type="image/webp", headers=shown.headers())
 
         return await kit.in_background(_response, made)
 

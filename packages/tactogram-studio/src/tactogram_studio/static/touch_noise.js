@@ -30,7 +30,7 @@ export class ModulatedNoiseTexture {
     this._resampler = new Resampler(table, rate, most);
     this._speeds = arrays.speeds;
     this._forces = arrays.forces;
-    this._values = arrays.values;
+    this._values = summed(arrays.values, arrays.steps, this._speeds.length);
     this._scoresOf = arrays.scores;
     this._sections = arrays.sections;
     this._rate = head.table_rate;
@@ -41,7 +41,7 @@ export class ModulatedNoiseTexture {
     this._root = 3 * SQUARE * this._lags;
     this._offsetRoot = this._root + SQUARE;
     this._quantiles = this._offsetRoot + SQUARE;
-    const size = this._values.length / (this._speeds.length * this._forces.length);
+    const size = arrays.steps.length;
     this._taps = this._quantiles + GAINS * this._scoresOf.length + BANDS + 1;
     this._tones = new Tones(this._taps + TAPS, size, this._rate, seed);
     this._parameters = new Float64Array(size);
@@ -211,6 +211,30 @@ export class ModulatedNoiseTexture {
       }
     }
   }
+}
+
+/**
+ * Return the parameters of each node, (speed, force, parameter), from their second differences along the speed.
+ * @param {Int16Array} differences (parameter, force, speed), in steps.
+ * @param {Float32Array} steps
+ * @param {number} speeds
+ */
+function summed(differences, steps, speeds) {
+  const values = new Float32Array(differences.length);
+  const forces = differences.length / speeds / steps.length;
+  let at = 0;
+  for (let p = 0; p < steps.length; p++) {
+    for (let force = 0; force < forces; force++) {
+      let slope = 0;
+      let value = 0;
+      for (let speed = 0; speed < speeds; speed++) {
+        slope += differences[at++];
+        value += slope;
+        values[(speed * forces + force) * steps.length + p] = value * steps[p];
+      }
+    }
+  }
+  return values;
 }
 
 function between(gains, one, i, two, j, share, r) {

@@ -12,7 +12,7 @@ const MAGIC = "TGTT";
  * @typedef {object} Table
  * @property {Record<string, any>} head
  * @property {ArrayBuffer} buffer
- * @property {Record<string, Float32Array | Float64Array>} arrays Views of the buffer.
+ * @property {Record<string, Float32Array | Float64Array | Int16Array>} arrays Views of the buffer.
  */
 
 /**
@@ -36,7 +36,7 @@ export function readTable(buffer) {
 export function tableOf(head, buffer) {
   const arrays = {};
   for (const [name, { type, offset, length }] of Object.entries(head.arrays)) {
-    const kind = type === "float64" ? Float64Array : Float32Array;
+    const kind = { float64: Float64Array, float32: Float32Array, int16: Int16Array }[type];
     arrays[name] = new kind(buffer, offset, length);
   }
   return { head, buffer, arrays };

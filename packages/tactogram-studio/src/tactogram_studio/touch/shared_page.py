@@ -57,7 +57,7 @@ def shared_page(rows: str, sources: TouchSources) -> SharedPage:
         offers.append(dict(zip(KEY, key, strict=True)) | {"title": table.head["name"], "group": "Textures"})
         textures[_json(key)] = {
             "table": _part(table.packed()),
-            "picture": _part(picture.png, picture.headers()),
+            "picture": _part(picture.webp, picture.headers()),
         }
     names = " and ".join(dict.fromkeys(str(offer["title"]) for offer in offers))
     return SharedPage(

@@ -49,7 +49,7 @@ SUPPORTED = {"material", "speed_mm_s", "force_n"}
 LAID_S = 6.0
 """Length of a generated texture, s; longer than the ear remembers a loop of noise."""
 LARGEST_FILE = 200_000_000
-MOST_TABLES = 64
+MOST_TABLE_BYTES = 32 * 2**20
 """In the cache."""
 
 
@@ -128,7 +128,7 @@ class TouchSources:
     def __init__(self, workspace: Workspace, shelf: ResultArchive) -> None:
         self._workspace, self._shelf = workspace, shelf
         self._runs = RunCatalogue(workspace)
-        self._tables: ValueCache[TouchTexture] = ValueCache(MOST_TABLES)
+        self._tables: ValueCache[TouchTexture] = ValueCache(MOST_TABLE_BYTES, lambda table: table.nbytes)
 
     def table(self, request: TextureRequest) -> TouchTexture:
         """Return the table of a texture; `TactogramError` if it does not exist in the workspace, or cannot be felt."""

@@ -26,7 +26,16 @@ from tactogram.rendering import (
     open_display,
     strength,
 )
-from tactogram.signal import FELT_HZ, SCORES, NoiseMap, Signal, TextureMap, band_sections, level_factor
+from tactogram.signal import (
+    FELT_HZ,
+    SCORES,
+    NoiseMap,
+    Signal,
+    TextureMap,
+    band_sections,
+    level_factor,
+    parameter_views,
+)
 from tactogram_playback import (
     Along,
     ContactSettings,
@@ -52,6 +61,8 @@ ASSUMED_SPEED_MM_S = 100.0
 """Speed of a signal over time whose recording speed is unknown."""
 PHONE = "phone-on-off"
 """Display equal to a browser's vibration: on and off, no strengths."""
+BITS, ROTATION_BITS, QUANTILE_BITS = 13, 10, 11
+"""Of the largest parameter of noise of each kind; of its rotations and quantiles."""
 FREQUENCIES = 400
 """Points at which a model's power in the felt band is integrated."""
 
@@ -62,6 +73,11 @@ class TouchTexture:
 
     head: Mapping[str, Any]
     arrays: Mapping[str, NDArray[Any]]
+
+    @property
+    def nbytes(self) -> int:
+        """Size of the arrays, bytes."""
+        return sum(array.nbytes for array in self.arrays.values())
 
     def packed(self) -> bytes:
         """Return ``TGTT``, the length of a JSON text (uint32), the text, and the arrays; all little-endian.
@@ -111,7 +127,10 @@ def table_of_map(
     kind: dict[str, Any]
     if isinstance(table, NoiseTable):
         kind = {"kind": "noise", "lags": table.lags, "level_factor": level_factor(table.rate)}
-        arrays |= {"values": table.grid.values.ravel(), "scores": SCORES}
+        whole, steps = rounded_parameters(table)
+        # Neighbours differ little: as second differences along the speed, zlib makes a tenth of them.
+        curved = np.diff(whole, n=2, axis=0, prepend=np.zeros((2, *whole.shape[1:]), np.int16))
+        arrays |= {"values": curved.transpose(2, 1, 0).ravel(), "steps": steps, "scores": SCORES}
         arrays["sections"] = band_sections(table.rate).ravel()
     else:
         kind = {"kind": "autoregressive", "order": table.order}
@@ -228,6 +247,42 @@ def _measured(texture: StreamingTexture, rate: float) -> tuple[float, float]:
             square += float(np.mean(block**2))
             slid += 1
     return float(np.sqrt(square / max(slid, 1))), peak
+
+
+def rounded_parameters(table: NoiseTable) -> tuple[NDArray[np.int16], NDArray[np.float32]]:
+    """Return the parameters of a grid's nodes as multiples of steps, and the step of each.
+
+    Rotations are shortened first, so that rounding makes no vector longer and any path over the grid stays stable.
+
+    Returns
+    -------
+    int16 array, shape (speed, force, parameter)
+    float32 array, shape (parameter,)
+    """
+    values = table.grid.values.astype(np.float64)
+    steps = np.abs(values).max(axis=(0, 1))
+    noise, tones = parameter_views(steps, axes=1, lags=table.lags)
+    for part in (*noise, *tones):
+        rough = QUANTILE_BITS if part is noise.quantiles else BITS
+        bits = ROTATION_BITS if part is noise.rotations else rough
+        part[...] = np.exp2(np.ceil(np.log2(part.max(initial=1e-30))) - bits)
+    rotations = values[:, :, : noise.rotations.size]
+    exact = rotations.copy()
+    for margin in (0.0, 2.0, 4.0, 8.0):  # 8 steps are the bound of 16 x 16 numbers rounded by half a step
+        rotations[:] = exact * (1 - margin * steps[0])
+        whole = np.rint(values / steps)
+        if (
+            _longest((whole * steps)[:, :, : noise.rotations.size].reshape(-1, *noise.rotations.shape[1:]))
+            <= 1
+        ):
+            break
+    return whole.astype(np.int16), steps.astype(np.float32)
+
+
+def _longest(rotations: NDArray[np.float64]) -> float:
+    """Return how long rotations (rotation, 3, gain, gain) make a vector of length 1."""
+    s, k, t = rotations.transpose(1, 0, 2, 3)
+    return float(np.linalg.norm(np.block([[s, k], [-k.swapaxes(1, 2), t]]), 2, axis=(1, 2)).max())
 
 
 def _felt_amplitudes(table: TextureTable | NoiseTable) -> NDArray[np.float32]:
