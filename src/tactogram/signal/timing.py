@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -306,13 +307,19 @@ def _kernel(offset: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Looked up in a table of 4096 steps with linear interpolation: off by less than 3e-8.
     """
-    steps = 4096
-    distance = np.linspace(0, 1, steps + 1) - np.arange(1 - _HALF_TAPS, _HALF_TAPS + 1)[:, None]
+    table, slope = _kernel_table()
+    place = offset * slope.shape[1]
+    left = np.minimum(place.astype(np.int64), slope.shape[1] - 1)
+    return np.asarray(table[:, left] + (place - left) * slope[:, left])
+
+
+@cache
+def _kernel_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the kernel at the steps of its table, and the differences between them."""
+    distance = np.linspace(0, 1, 4096 + 1) - np.arange(1 - _HALF_TAPS, _HALF_TAPS + 1)[:, None]
     window = np.sqrt(np.maximum(0, 1 - (distance / _HALF_TAPS) ** 2))
     table = np.sinc(distance) * special.i0(_KAISER_BETA * window) / special.i0(_KAISER_BETA)
-    place = offset * steps
-    left = np.minimum(place.astype(np.int64), steps - 1)
-    return np.asarray(table[:, left] + (place - left) * np.diff(table, axis=1)[:, left])
+    return table, np.diff(table, axis=1)
 
 
 def _penalty(size: int, bands: int) -> NDArray[np.float64]:
