@@ -98,10 +98,14 @@ def long_table(path: Path, read: Reader) -> RawTable | None:
         found = _form_and_table(path, first, read)
         if found is None:
             return None
-        more = sum(block.count(b"\n") for block in iter(lambda: file.read(BLOCK_BYTES), b""))
+        more, last = 0, first
+        while block := file.read(BLOCK_BYTES):
+            more, last = more + block.count(b"\n"), block
     form, table = found
 
     def rest() -> Iterator[RawTable]:
+        import pyarrow as pa
+
         number = table.rows[-1] + 1
         with path.open("rb") as file:
             file.seek(len(first))
@@ -113,8 +117,9 @@ def long_table(path: Path, read: Reader) -> RawTable | None:
                 else:
                     yield _line_by_line(form, table, raw, rows, read)
                 number = rows.stop
+        pa.default_memory_pool().release_unused()
 
-    return replace(table, rest=rest, most_rows=len(table) + more + 1)
+    return replace(table, rest=rest, most_rows=len(table) + more + (not last.endswith(b"\n")))
 
 
 def _line_by_line(form: NumericForm, table: RawTable, raw: bytes, rows: range, read: Reader) -> RawTable:
