@@ -62,7 +62,7 @@ wheel: install ## build sdists and wheels, and test the wheels in a clean enviro
 WHEELS = UV_FIND_LINKS="$${UV_FIND_LINKS:-$${PIP_FIND_LINKS:-}}" $(BIN)/uv pip install --quiet --python build/wheel/env/bin/python \
     -c constraints.txt --find-links build/wheel --no-sources --refresh-package tactogram $(PACKAGES:%=--refresh-package tactogram-%)
 
-bench: install ## measure, and write benchmarks/results.md
+bench: install ## compare the speed with other libraries, and write benchmarks/results.md
 	$(BIN)/python -m benchmarks
 
 benchmark-page: install ## rank the results in benchmarks/tasks: docs/benchmark-results.md, docs/benchmark.html, and what `score` ranks among

@@ -1,6 +1,7 @@
 """Benchmarks of speed, and experiments that no publication has: ``python -m benchmarks [NAME…]``.
 
-Names of speed benchmarks, or none for all, are measured into results.md. The name of an experiment runs that one.
+Without a name, tactogram is compared with what one would take without it (``comparison``), in some five minutes. Names
+of speed benchmarks, or ``all``, are measured into results.md. The name of an experiment runs that one.
 """
 
 import argparse
@@ -16,7 +17,7 @@ FOLDER = Path(__file__).parent
 HEAD = """# Benchmarks
 
 Written by `make bench` (`python -m benchmarks`). Ratios are taken in one run on one machine; absolute times are for
-orientation only. Each table is the last run of its module.
+orientation only. Each table is the last run of its module. The first one is what `make bench` prints.
 """
 
 
@@ -36,12 +37,13 @@ def main(arguments=None):
     if a.list:
         show(ours, columns(list(ours.items())) + f"\nspeed: {', '.join(speed)}")
         return 0
-    if unknown := set(a.names) - {*ours, *speed}:
+    if unknown := set(a.names) - {*ours, *speed, "all"}:
         parser.error(f"unknown: {', '.join(sorted(unknown))}; see --list")
     if not ours.keys() & set(a.names):
         if a.set or a.out or a.recipe:
             parser.error("--recipe, --set and --out are those of experiments; see --list")
-        measure(a.names or speed)
+        names = speed if "all" in a.names else a.names or ["comparison"]
+        measure(names)
         return 0
     if len(a.names) > 1:
         parser.error("an experiment runs alone: give one name")
@@ -88,9 +90,9 @@ def measure(names):
         module = import_module(f"benchmarks.bench_{name}")
         results[name] = {"about": (module.__doc__ or "").strip(), "machine": machine(), "rows": module.run()}
         kept.write_text(json.dumps(results, indent=1) + "\n")
-    (FOLDER / "results.md").write_text(
-        HEAD + "".join(section(name, r) for name, r in sorted(results.items()))
-    )
+        print(section(name, results[name]))
+    names = sorted(results, key=lambda name: (name != "comparison", name))
+    (FOLDER / "results.md").write_text(HEAD + "".join(section(name, results[name]) for name in names))
 
 
 def machine():

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import time
 from pathlib import Path
 from statistics import median
 
@@ -19,7 +20,10 @@ def run():
     for _ in range(12):
         for name, command in COMMANDS.items():
             times[name].append(
-                seconds_of(lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL))  # noqa: B023
+                seconds_of(
+                    lambda: subprocess.run(command, check=True, stdout=subprocess.DEVNULL),  # noqa: B023
+                    time.perf_counter,
+                )
             )
     base = median(times["python -c pass"][2:])
     return [

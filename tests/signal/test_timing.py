@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from tactogram.errors import DataError, ParameterError
+from tactogram.signal import timing
 from tactogram.signal.timing import estimate_timing, to_uniform
 
 
@@ -146,3 +147,22 @@ def test_what_is_no_time_is_refused_in_one_line(times, line):
 def test_as_many_samples_as_times_are_needed():
     with pytest.raises(ParameterError, match=r"\(axis, 3\)"):
         to_uniform([0, 1, 2], np.zeros((2, 4)), "V")
+
+
+@pytest.mark.parametrize(("rate", "digits"), [(1000.0, 3), (1000.0, 6), (833.3, 6), (44_100.0, 7)])
+def test_even_stamps_are_timed_in_blocks_as_they_are_at_once(rate, digits, monkeypatch):
+    monkeypatch.setattr(timing, "_BLOCK", 100)
+    stamps = np.round(5 + np.arange(1234) / rate, digits)
+    blocks, (whole, _) = timing._even_timing(stamps), timing._clocked(stamps)
+    assert whole.even
+    for name, value in vars(whole).items():
+        assert getattr(blocks, name) == pytest.approx(value, rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 0.498, 0.499, 0.502, 0.51])
+def test_a_single_stamp_that_is_off_is_noticed_in_any_block(wrong, monkeypatch):
+    monkeypatch.setattr(timing, "_BLOCK", 100)
+    stamps = np.arange(1234) / 1000
+    assert timing.steps_alike(stamps)
+    stamps[500] = wrong
+    assert not timing.steps_alike(stamps)

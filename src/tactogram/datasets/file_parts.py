@@ -21,6 +21,7 @@ from tactogram.signal.io import SignalFile, complete, read_contents
 from tactogram.signal.io.content import MATERIAL, ColumnUse, FileContent, TableLayout
 from tactogram.signal.io.labels import LONGEST_STEP, Interval, cut
 from tactogram.signal.signal import UNITS
+from tactogram.signal.timing import steps_alike
 from tactogram.signal.units import parse_unit
 
 LEAST_ROWS = 32
@@ -135,7 +136,7 @@ def _without_holes(sources: Sequence[_Source]) -> list[Interval]:
 def _holes(content: FileContent) -> list[tuple[float, float]]:
     """Return the stamps around each hole."""
     times = content.times
-    if times is None or len(times) < LEAST_ROWS or content.description is not None:
+    if times is None or len(times) < LEAST_ROWS or content.description is not None or steps_alike(times):
         return []
     steps = np.diff(times)
     if not (np.isfinite(steps).all() and (steps >= 0).all() and (steps > 0).any()):

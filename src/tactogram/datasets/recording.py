@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
+import numpy as np
+
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.content import ColumnUse
@@ -112,7 +114,7 @@ def content_id(streams: Mapping[str, Signal]) -> str:
     for name in sorted(streams):
         s = streams[name]
         digest.update(f"{name}|{s.rate!r}|{s.unit}|{','.join(s.axes)}|{s.domain}|{len(s)}|".encode())
-        digest.update(s.samples.astype("<f4", copy=False).tobytes())
+        digest.update(np.ascontiguousarray(s.samples, "<f4").reshape(-1).data)
     return digest.hexdigest()[:16]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,12 @@ MOST_SPAN = 1e9
 MOST_REPEATED = 0.05
 """Share of repeated stamps above which stamps are block arrival times rather than sampling times."""
 
+_MOST_UNEVEN = 1.25
+"""Longest step over the shortest of stamps that go on alike."""
+_BLOCK = 2**18
+"""Stamps looked at at a time, so that memory stays flat for long recordings."""
+_MOST_OFF = 0.2
+"""Distance from a line, in periods, up to which rounding tells the ticks of all stamps."""
 _MOST_MISSING = 3
 _HALF_TAPS = 12
 _KAISER_BETA = 8.0
@@ -56,7 +63,50 @@ def estimate_timing(times: ArrayLike) -> SamplingTiming:
     ``times`` has shape (time,), in s (or mm), at least two different values, never decreasing. A `DataError` if one is
     not finite or decreases, or more than `MOST_REPEATED` of them repeat.
     """
-    return _clocked(_checked(times))[0]
+    t = _checked(times)
+    return _even_timing(t) or _clocked(t)[0]
+
+
+def steps_alike(times: NDArray[np.float64]) -> bool:
+    """Return whether time stamps, shape (time,), go on by steps that are alike: no stamp repeats, none is missing."""
+    least, most = np.inf, 0.0
+    for start in range(0, len(times) - 1, _BLOCK):
+        steps = np.diff(times[start : start + _BLOCK + 1])
+        if not (steps.min() > 0 and steps.max() < np.inf):  # nor for NaN
+            return False
+        least, most = min(least, float(steps.min())), max(most, float(steps.max()))
+        if most > _MOST_UNEVEN * least:
+            return False
+    return len(times) > 1
+
+
+def _even_timing(t: NDArray[np.float64]) -> SamplingTiming | None:
+    """Return the timing of stamps that are even but for rounding, as `_clocked` does; None for others."""
+    if not steps_alike(t):
+        return None
+    first = (float(t[-1]) - float(t[0])) / (len(t) - 1)
+    blocks = [slice(start, start + _BLOCK) for start in range(0, len(t), _BLOCK)]
+
+    def deviation(block: slice, period: float) -> NDArray[np.float64]:
+        return np.asarray(t[block] - t[0] - period * np.arange(block.start, block.start + len(t[block])))
+
+    middle = (len(t) - 1) / 2
+    spread = len(t) * (len(t) ** 2 - 1) / 12  # of the places around their middle
+    slope = sum(
+        float((np.arange(b.start, b.start + len(t[b])) - middle) @ deviation(b, first)) for b in blocks
+    )
+    period = first + slope / spread
+    ends = [(float(off.min()), float(off.max())) for b in blocks for off in [deviation(b, period)]]
+    low, high = min(low for low, _ in ends), max(high for _, high in ends)
+    centre, reach = (low + high) / 2, (high - low) / 2
+    resolution = _resolution(t)
+    if reach > max(1e-3 * period, 0.51 * resolution):
+        return None
+    offs = [(float(off.sum()), float(off @ off)) for b in blocks for off in [deviation(b, period) - centre]]
+    mean = sum(one for one, _ in offs) / len(t)
+    jitter = max(0.0, sum(two for _, two in offs) / len(t) - mean**2) ** 0.5
+    largest = max(float(np.diff(t[b.start : b.stop + 1]).max(initial=0)) for b in blocks)
+    return SamplingTiming(1 / period, len(t), jitter, largest, 0, 0, resolution, even=True)
 
 
 def _clocked(t: NDArray[np.float64]) -> tuple[SamplingTiming, NDArray[np.float64]]:
@@ -129,18 +179,19 @@ def to_uniform(
         Its first sample is at ``times[0]``; its last not after ``times[-1]``.
     """
     t = _checked(times)
-    x = np.atleast_2d(np.asarray(samples, dtype=np.float64))
+    x = np.atleast_2d(np.asarray(samples))
     if x.ndim != 2 or x.shape[1] != len(t):
         raise ParameterError.must("samples", f"be (axis, {len(t)}) as there are times, got shape {x.shape}")
-    timing, instants = _clocked(t)
-    if instants[-1] > _MOST_MISSING * len(t) + 100:
-        raise DataError(
-            f"time stamps are mostly gaps: {len(t)} samples for {instants[-1]:.0f} periods of {timing.rate:g} Hz, "
-            f"longest gap {timing.largest_gap:g} s; cut the recording there"
-        )
-    if not timing.even:
-        x = _solve(instants, x)
-    signal = Signal(x.astype(np.float32), timing.rate, unit, axes, domain)
+    timing = _even_timing(t)
+    if timing is None:
+        timing, instants = _clocked(t)
+        if instants[-1] > _MOST_MISSING * len(t) + 100:
+            raise DataError(
+                f"time stamps are mostly gaps: {len(t)} samples for {instants[-1]:.0f} periods of "
+                f"{timing.rate:g} Hz, longest gap {timing.largest_gap:g} s; cut the recording there"
+            )
+        x = x if timing.even else _solve(instants, x.astype(np.float64, copy=False))
+    signal = Signal(x, timing.rate, unit, axes, domain)
     return signal if rate is None else resample(signal, rate)
 
 
@@ -148,6 +199,17 @@ def _checked(times: ArrayLike) -> NDArray[np.float64]:
     t = np.asarray(times, dtype=np.float64)
     if t.ndim != 1 or len(t) < 2:
         raise DataError(f"at least two time stamps are needed, got shape {t.shape}")
+    typical = float(t[1] - t[0]) if steps_alike(t) else _typical_step(t)
+    if not (1 / RATES[1] <= typical <= 1 / RATES[0] and t[-1] - t[0] < MOST_SPAN):
+        raise DataError(
+            f"time stamps must be {1 / RATES[1]:g} to {1 / RATES[0]:g} apart and span less than {MOST_SPAN:g}, "
+            f"got {typical:g} apart from {t[0]:g} to {t[-1]:g}; is the unit of time right?"
+        )
+    return t
+
+
+def _typical_step(t: NDArray[np.float64]) -> float:
+    """Return the median step forward; a `DataError` if a stamp is not finite, or time goes back or stands still."""
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
         raise DataError(f"time stamps must be finite, got {t[bad[0]]} at sample {bad[0]}")
@@ -159,23 +221,20 @@ def _checked(times: ArrayLike) -> NDArray[np.float64]:
         raise DataError(f"time stands still: all {len(t)} stamps are {t[0]:.9g}")
     with np.errstate(over="ignore"):
         steps = np.diff(t)
-        typical = float(np.median(steps[steps > 0])) if np.isfinite(steps).all() else np.inf
-    if not (1 / RATES[1] <= typical <= 1 / RATES[0] and t[-1] - t[0] < MOST_SPAN):
-        raise DataError(
-            f"time stamps must be {1 / RATES[1]:g} to {1 / RATES[0]:g} apart and span less than {MOST_SPAN:g}, "
-            f"got {typical:g} apart from {t[0]:g} to {t[-1]:g}; is the unit of time right?"
-        )
-    return t
+        return float(np.median(steps[steps > 0])) if np.isfinite(steps).all() else np.inf
 
 
 def _resolution(t: NDArray[np.float64]) -> float:
     """Return the largest power of ten, from 1 down to 1e-9, that divides every stamp; else 0."""
-    for exponent in range(10):
-        ticks = t * 10.0**exponent
-        rounded = np.round(ticks)
-        if np.abs(ticks - rounded).max() <= 1e-6 + 4 * np.finfo(float).eps * np.abs(rounded).max():
-            return float(10.0**-exponent)
-    return 0.0
+    blocks = [t[start : start + _BLOCK] for start in range(0, len(t), _BLOCK)]
+    return next((10.0**-e for e in range(10) if all(_divides(10.0**e, block) for block in blocks)), 0.0)
+
+
+def _divides(ticks_per_second: float, t: NDArray[np.float64]) -> bool:
+    """Return whether all stamps are whole ticks."""
+    ticks = t * ticks_per_second
+    rounded = np.round(ticks)
+    return bool(np.abs(ticks - rounded).max() <= 1e-6 + 4 * np.finfo(float).eps * np.abs(rounded).max())
 
 
 def _places(t: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -184,6 +243,10 @@ def _places(t: NDArray[np.float64]) -> NDArray[np.int64]:
     steps = steps[steps > 0]
     typical = np.median(steps)
     period = float(steps[np.abs(steps - typical) <= typical / 2].mean())
+    places = np.concatenate([[0], np.cumsum(np.rint(np.diff(t) / period))]).astype(np.int64)
+    line = np.polynomial.Polynomial.fit(places, t, 1) if places[-1] < 2**53 else None
+    if line is not None and np.abs(t - line(places)).max() < _MOST_OFF * period:
+        return places  # what the loop below finds, too
     places = np.zeros(len(t), dtype=np.int64)
     place, expected, previous = 0, float(t[0]), float(t[0])
     for i, stamp in enumerate(t[1:].tolist(), start=1):
@@ -244,13 +307,19 @@ def _kernel(offset: NDArray[np.float64]) -> NDArray[np.float64]:
 
     Looked up in a table of 4096 steps with linear interpolation: off by less than 3e-8.
     """
-    steps = 4096
-    distance = np.linspace(0, 1, steps + 1) - np.arange(1 - _HALF_TAPS, _HALF_TAPS + 1)[:, None]
+    table, slope = _kernel_table()
+    place = offset * slope.shape[1]
+    left = np.minimum(place.astype(np.int64), slope.shape[1] - 1)
+    return np.asarray(table[:, left] + (place - left) * slope[:, left])
+
+
+@cache
+def _kernel_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the kernel at the steps of its table, and the differences between them."""
+    distance = np.linspace(0, 1, 4096 + 1) - np.arange(1 - _HALF_TAPS, _HALF_TAPS + 1)[:, None]
     window = np.sqrt(np.maximum(0, 1 - (distance / _HALF_TAPS) ** 2))
     table = np.sinc(distance) * special.i0(_KAISER_BETA * window) / special.i0(_KAISER_BETA)
-    place = offset * steps
-    left = np.minimum(place.astype(np.int64), steps - 1)
-    return np.asarray(table[:, left] + (place - left) * np.diff(table, axis=1)[:, left])
+    return table, np.diff(table, axis=1)
 
 
 def _penalty(size: int, bands: int) -> NDArray[np.float64]:

@@ -295,7 +295,8 @@ def _columns(
         for axis in facts.axes:
             parts = [s.axis(axis) if s is not None and axis in s.axes else None for s in signals]
             lengths = [0 if part is None else len(part) for part in parts]
-            values = np.concatenate([np.zeros(0, np.float32), *(p for p in parts if p is not None)])
+            held = [part for part in parts if part is not None]
+            values = held[0] if len(held) == 1 else np.concatenate([np.zeros(0, np.float32), *held])
             offsets = pa.array(np.concatenate([[0], np.cumsum(lengths)]), pa.int32())
             missing = pa.array([part is None for part in parts], pa.bool_())
             columns.append(pa.ListArray.from_arrays(offsets, pa.array(values), mask=missing))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Self, cast
@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from tactogram.errors import DataError, ParameterError, Remedy, TactogramError, UnitError
 from tactogram.signal.signal import RATES, Domain, Signal, check_rate
-from tactogram.signal.timing import to_uniform
+from tactogram.signal.timing import steps_alike, to_uniform
 from tactogram.signal.units import parse_seconds, parse_unit
 from tactogram.text_files import parse_json
 
@@ -119,6 +119,11 @@ class RawTable:
 
     brief: bool = False
     """Whether these are the first rows of a longer table: what is constant or rises at times may be an axis."""
+
+    rest: Callable[[], Iterable[RawTable]] | None = None
+    """Reads the following rows of a table that is too long for memory."""
+    most_rows: int = 0
+    """At most so many rows are in all of such a table."""
 
     def __len__(self) -> int:
         return len(self.columns[0]) if self.columns else 0
@@ -227,12 +232,13 @@ def check(content: FileContent, path: Path) -> None:
     if content.samples.size == 0:
         raise DataError(path, "no samples")
     with np.errstate(over="ignore", invalid="ignore"):
-        bad = np.argwhere(~np.isfinite(content.samples.astype(np.float32, copy=False)).T)
-    if len(bad):
+        finite = np.isfinite(content.samples.astype(np.float32, copy=False))
+    if not finite.all():
+        bad = np.argwhere(~finite.T)
         sample, axis = (int(i) for i in bad[0])
         value = content.samples[axis, sample]
         raise DataError(path, f"{content.place(axis, sample)}: expected a finite number, got {value:g}")
-    if content.times is None:
+    if content.times is None or steps_alike(content.times):
         return
     back = np.flatnonzero(np.diff(content.times) < 0)
     if len(back):
@@ -292,7 +298,11 @@ def _unit(
         return samples, content.unit or "1"
     asked, factor = parse_unit(unit)
     if content.unit is None:
-        return samples if factor == 1 else samples.astype(np.float64) * factor, asked
+        if factor == 1:
+            return samples, asked
+        scaled = np.empty_like(samples)
+        np.multiply(samples, factor, out=scaled, dtype=np.float64, casting="same_kind")
+        return scaled, asked
     if asked != content.unit:
         raise DataError(
             path, f"the file is in {content.unit}, expected {unit}", remedy=Remedy("omit", "unit")

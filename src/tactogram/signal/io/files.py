@@ -26,6 +26,7 @@ from tactogram.signal.io.content import (
     TableLayout,
     assemble,
 )
+from tactogram.signal.io.numeric_rows import long_table
 from tactogram.signal.io.roles import roles_of
 from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
@@ -58,8 +59,10 @@ USUAL = ".wav, .flac, .csv, .txt, .xlsx, .mat, .npz, .h5, .lvm, .tdms, .parquet 
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")
 """Sounds of phones that libsndfile does not read."""
+LONG_TEXT_BYTES = 2**26
+"""Larger text tables are read in blocks, if their rows are plain numbers."""
 MOST_TEXT_BYTES = 2**30
-"""Largest text table, unpacked."""
+"""Largest other text table, unpacked."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,8 +232,13 @@ def _contents(
 def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
     """Return the tables in a file that is no sound, by the module of its format, which is imported when one is met."""
     if suffix in TEXTS:
-        if path.stat().st_size > MOST_TEXT_BYTES:
-            raise DataError(path, f"must have at most {MOST_TEXT_BYTES >> 20} MiB; cut it")
+        size = path.stat().st_size
+        if size > LONG_TEXT_BYTES and (found := long_table(path, table.table_by_lines)) is not None:
+            return [found]
+        if size > MOST_TEXT_BYTES:
+            raise DataError(
+                path, f"must have at most {MOST_TEXT_BYTES >> 20} MiB, or nothing but rows of numbers; cut it"
+            )
         return [table.text_table(path, path.read_bytes())]
     if suffix in PACKED:
         return [table.text_table(Path(name), raw) for name, raw in unpacked(path).items()]

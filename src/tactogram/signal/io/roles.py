@@ -94,7 +94,7 @@ def roles_of(
     notes = [] if clock is None or clock.note is None else [clock.note]
     if by_layout:
         streams = tuple(_of_layout(layout, table, headings) for layout in by_layout)
-        reasons = {i: _no_signal(headings[i], table.columns[i], table, i) for i in range(len(headings))}
+        reasons = {i: no_signal(headings[i], table.columns[i], table, i) for i in range(len(headings))}
         others = {i: what for i, what in reasons.items() if what} | others
     elif table.description is not None:
         streams = (_described(table, at),)
@@ -185,7 +185,7 @@ def _found(
 ) -> tuple[StreamColumns, ...]:
     """Return the streams in a table, that of the signal first; ``others`` gets what the other columns are."""
     for i, (each, column) in enumerate(zip(headings, table.columns, strict=True)):
-        if i != at and i not in others and (what := _no_signal(each, column, table, i)):
+        if i != at and i not in others and (what := no_signal(each, column, table, i)):
             others[i] = what
     places = [i for i in range(len(headings)) if i != at and i not in others]
     for spare in ("magnitude", "in {unit}"):
@@ -245,7 +245,7 @@ def _found(
     return tuple(streams)
 
 
-def _no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, place: int) -> str | None:
+def no_signal(each: Heading, column: NDArray[np.generic], table: RawTable, place: int) -> str | None:
     """Return what a column is that is no signal; None if it may be one."""
     if column.dtype == object:
         numbers = sum(is_number(cell) for cell in column[:200] if cell is not None)

@@ -13,6 +13,7 @@ import numpy as np
 
 from tactogram.errors import DataError
 from tactogram.signal.io.content import Column, RawTable, SignalDescription, decode
+from tactogram.signal.io.numeric_rows import numeric_table
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_columns import (
     converted,
@@ -56,6 +57,11 @@ _YAML = re.compile(r"\s*(?:[\w/]+:(?:\s+\S+)?|---|- \S+)\s*")
 
 
 def text_table(path: Path, raw: bytes) -> RawTable:
+    """Return the columns of a text table with one row per sample, as `table_by_lines` finds them."""
+    return numeric_table(path, raw, table_by_lines) or table_by_lines(path, raw)
+
+
+def table_by_lines(path: Path, raw: bytes) -> RawTable:
     """Return the columns of a text table with one row per sample.
 
     Lines of a logger above the heading and comments are no rows; a line below the headings may hold units. Separators

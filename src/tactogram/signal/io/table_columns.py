@@ -25,7 +25,7 @@ _CALENDAR = re.compile(
 _MAYBE_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d+")
 _DOTTED_THOUSANDS = re.compile(r"[-+]?[1-9]\d{0,2}(?:\.\d{3})+")
-_MISSING_FORMS = sorted({form for cell in MISSING for form in (cell, cell.upper(), cell.title(), "NaN")})
+MISSING_FORMS = sorted({form for cell in MISSING for form in (cell, cell.upper(), cell.title(), "NaN")})
 
 
 def text_columns(
@@ -54,7 +54,7 @@ def text_columns(
             thousands=thousands,
             skipinitialspace=True,
             keep_default_na=False,
-            na_values=_MISSING_FORMS,
+            na_values=MISSING_FORMS,
             skip_blank_lines=False,
             low_memory=False,
         )

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tactogram.errors import DataError, Message, Remedy
 from tactogram.signal.io.clocks import forward, split_by_clocks, with_whole_clock
-from tactogram.signal.io.content import ColumnUse, FileContent, RawTable, TableLayout, default_axes
+from tactogram.signal.io.content import IGNORED, ColumnUse, FileContent, RawTable, TableLayout, default_axes
 from tactogram.signal.io.labels import LONGEST_STEP, cut, label_of_cell
 from tactogram.signal.io.long_tables import split_by_sensor
-from tactogram.signal.io.roles import StreamColumns, TableRoles, rank_of, roles_of
+from tactogram.signal.io.roles import StreamColumns, TableRoles, no_signal, rank_of, roles_of
 from tactogram.signal.io.stamps import stamp_seconds
 from tactogram.signal.io.table_head import is_number
-from tactogram.signal.io.vocabulary import heading
-from tactogram.signal.timing import MOST_REPEATED, MOST_SPAN
+from tactogram.signal.io.vocabulary import heading, headings_of
+from tactogram.signal.timing import MOST_REPEATED, MOST_SPAN, steps_alike
 from tactogram.signal.units import STANDARD_GRAVITY
 
 MOST_HOLES = 0.05
@@ -26,6 +27,10 @@ MOST_OFF = 0.05
 """Relative difference of a stated rate and the time stamps that is worth a note."""
 MARKERS = (-9999.0, -999.0, -99999.0, 9999.0, 99999.0, -999.25)
 """Numbers that programs write where they have none."""
+MOST_LOOKED_AT = 2**20
+"""Samples that tell whether numbers without a unit are counts."""
+BY_VALUES = ("constant", "0 and 1 alone", "empty", "counter")
+"""Reasons to leave out a column that its values give."""
 LONG_AGO_S = 1e8
 """Time stamps beyond it are relative to the first, so that float64 keeps their microseconds."""
 
@@ -44,7 +49,13 @@ def table_contents(
     problem: DataError | None = None
     left_out: list[str] = []
     parts = [part for whole in tables for part in split_by_sensor(with_whole_clock(whole))]
-    for table in [part for whole in parts for part in split_by_clocks(forward(whole))]:
+    parts = [part for whole in parts for part in split_by_clocks(forward(whole))]
+    for whole in tables:
+        if whole.rest is not None and not any(part is whole for part in parts):
+            raise DataError(
+                whole.path, "several sensors or clocks, or time in descending order, in a long table; cut it"
+            )
+    for table in parts:
         try:
             roles = roles_of(table, axes=axes, time=time, rate=rate, layouts=layouts, labelled=labelled)
         except DataError as error:
@@ -92,6 +103,8 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
 
     A `DataError` if there are several parts and none is chosen.
     """
+    if part in (None, 1) and all(each.times is None or steps_alike(each.times) for each in contents):
+        return tuple(contents)
     if contents[0].times is None:
         return tuple(contents)
     alike = [content for content in contents if content.rows == contents[0].rows]
@@ -122,16 +135,11 @@ def only_part(contents: Sequence[FileContent], part: int | None) -> tuple[FileCo
 
 
 def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: float | None) -> FileContent:
-    rows = table.rows if len(table.rows) else range(len(table))
-    where = f"{table.path}: row {{}}, column "
-    numbers = [column_numbers(table, i) for i in stream.places]
     own = table.description is not None
-    notes = [*table.notes, *roles.notes]
-    if not own and (marker := _marker(numbers)) is not None:
-        numbers = [np.where(values == marker, np.nan, values) for values in numbers]
-        notes.append(f"{marker:g} taken for missing samples")
-    samples = np.stack([values * factor for values, factor in zip(numbers, stream.factors, strict=True)])
-    times = None if roles.time is None else _times(table, roles.time, roles.seconds, rows, where)
+    samples, times, rows, read = _numbers(table, roles, stream)
+    notes = [*table.notes, *roles.notes, *read]
+    if times is not None and roles.seconds is not None:
+        times = _in_seconds(times, roles.seconds)
     labels = {role: [label_of_cell(cell) for cell in table.columns[i]] for role, i in roles.labels.items()}
     kept: NDArray[np.int64] | None = None
     if not own and times is not None and len(times) < 2:
@@ -139,18 +147,20 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
     if times is not None and not own:
         if np.isnan(times[:-1]).mean() > MOST_HOLES:  # stamps of the first sample of each block alone
             times = _filled(times)
-        kept = np.flatnonzero(~(np.isnan(samples).any(axis=0) | np.isnan(times)))
-        if not len(kept):
-            kept = np.arange(len(times))
-        samples, times = samples[:, kept], times[kept]
-        labels = {role: [values[i] for i in kept] for role, values in labels.items()}
+        missing = np.isnan(times)
+        for values in samples:
+            missing |= np.isnan(values)
+        if missing.any() and not missing.all():
+            kept = np.flatnonzero(~missing)
+            samples, times = samples[:, kept], times[kept]
+            labels = {role: [values[i] for i in kept] for role, values in labels.items()}
         times, note = _trusted(times, table, rate)
         notes += [note] if note else []
     numbered: Sequence[int] = rows if kept is None else [rows[i] for i in kept]
     known = table.rate if times is None or own else None
     if times is not None and table.rate is not None and _on_grid(times, table.rate):
         times, known = None, table.rate
-    if note := unit_note(stream, roles.uses, samples):
+    if note := unit_note(stream, roles.uses, samples[:, :MOST_LOOKED_AT]):
         notes.append(note)
 
     def place(axis: int, sample: int) -> str:
@@ -174,6 +184,71 @@ def _content(table: RawTable, roles: TableRoles, stream: StreamColumns, rate: fl
         chosen=stream.chosen,
         notes=tuple(notes),
     )
+
+
+def _numbers(
+    table: RawTable, roles: TableRoles, stream: StreamColumns
+) -> tuple[
+    NDArray[np.float32] | NDArray[np.float64], NDArray[np.float64] | None, Sequence[int], tuple[str, ...]
+]:
+    """Return the samples of a stream, its time stamps as they are (calendar stamps in s), numbers of rows, and notes.
+
+    Those of a table in blocks are read now, into as much memory as they need.
+    """
+    if table.rest is None:
+        return _part_numbers(table, roles, stream)
+    if roles.labels:
+        raise DataError(table.path, "columns of labels in a long table; cut it")
+    samples = np.empty((len(stream.places), table.most_rows), np.float32)
+    times = None if roles.time is None else np.empty(table.most_rows)
+    numbers: list[Sequence[int]] = []
+    notes: dict[str, None] = {}
+    end = 0
+    for part in chain([table], table.rest()):
+        _check_alike(part, roles)
+        values, stamps, rows, marked = _part_numbers(part, roles, stream)
+        begin, end = end, end + len(part)
+        samples[:, begin:end] = values
+        if times is not None and stamps is not None:
+            times[begin:end] = stamps
+        numbers.append(rows)
+        notes |= dict.fromkeys([*marked, *(part.notes if part is not table else ())])
+    samples = samples[:, :end]
+    samples.flags.writeable = False
+    regular = all(isinstance(rows, range) for rows in numbers)
+    every = range(numbers[0][0], numbers[-1][-1] + 1) if regular else np.concatenate(numbers).tolist()
+    return samples, None if times is None else times[:end], every, tuple(notes)
+
+
+def _part_numbers(
+    table: RawTable, roles: TableRoles, stream: StreamColumns
+) -> tuple[NDArray[np.float64], NDArray[np.float64] | None, Sequence[int], tuple[str, ...]]:
+    rows = table.rows if len(table.rows) else range(len(table))
+    numbers = [column_numbers(table, i) for i in stream.places]
+    marker = None if table.description is not None else _marker(numbers)
+    if marker is not None:
+        numbers = [np.where(values == marker, np.nan, values) for values in numbers]
+    samples = np.stack([values * factor for values, factor in zip(numbers, stream.factors, strict=True)])
+    times = None
+    if roles.time is not None and roles.seconds is not None:
+        times = column_numbers(table, roles.time)
+    elif roles.time is not None:
+        where = f"{table.path}: row {{}}, column {table.headings[roles.time]!r}"
+        times = stamp_seconds(table.columns[roles.time].astype(object), where, rows)
+    return samples, times, rows, () if marker is None else (f"{marker:g} taken for missing samples",)
+
+
+def _check_alike(part: RawTable, roles: TableRoles) -> None:
+    """Raise a `DataError` if a column that is left out for its values in the first rows may hold a signal later."""
+    headings = headings_of(part.headings, part.units)
+    for i, use in enumerate(roles.uses[: len(headings)]):
+        left_out = use.role == IGNORED and use.reason in BY_VALUES
+        if left_out and no_signal(headings[i], part.columns[i], part, i) is None:
+            raise DataError(
+                f"{part.path}: rows from {part.rows[0]} on, column {use.heading!r}",
+                f"no longer {use.reason}, for which it would be left out",
+                remedy=Remedy("choose the columns to read,", "axes", "NAME,NAME"),
+            )
 
 
 def _unnamed_axes(count: int, table: RawTable) -> tuple[str, ...]:
@@ -204,21 +279,20 @@ def column_numbers(table: RawTable, place: int) -> NDArray[np.float64]:
     return values
 
 
-def _times(
-    table: RawTable, place: int, seconds: float | None, rows: Sequence[int], where: str
-) -> NDArray[np.float64]:
-    column = table.columns[place]
-    if seconds is None:
-        return stamp_seconds(column.astype(object), f"{where}{table.headings[place]!r}", rows)
-    values = _unwrapped(column_numbers(table, place))
-    known = values[np.isfinite(values)]
-    if len(known) and LONG_AGO_S < abs(known[0] * seconds) < MOST_SPAN**2:
-        values = values - known[0]
-    return values * seconds
+def _in_seconds(ticks: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
+    """Return time stamps in s; ``ticks`` is overwritten."""
+    values = _unwrapped(ticks)
+    first = next((float(value) for value in values if np.isfinite(value)), 0.0)
+    if LONG_AGO_S < abs(first * seconds) < MOST_SPAN**2:
+        values -= first
+    values *= seconds
+    return values
 
 
 def _unwrapped(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the ticks of a counter of 16 or 32 bits, continued where it starts again."""
+    if steps_alike(values):
+        return values
     back = np.flatnonzero(np.diff(values) < 0)
     if not len(back) or (values != np.round(values)).any():
         return values
@@ -245,6 +319,8 @@ def _trusted(
                 remedy=Remedy("give the rate instead, e.g.", "rate", 1000),
             )
         return None, "time stamps are all the same: not used"
+    if steps_alike(times):
+        return times, None
     if len(times) < 4 or not times[-1] > times[0] or times[-1] / 2 - times[0] / 2 > MOST_SPAN / 2:
         return times, None
     steps = np.diff(times)
@@ -304,10 +380,12 @@ def _on_grid(times: NDArray[np.float64], rate: float) -> bool:
     return bool(np.abs(times - grid).max() <= 0.5 / rate) if len(times) else False
 
 
-def unit_note(stream: StreamColumns, uses: Sequence[ColumnUse], samples: NDArray[np.float64]) -> str | None:
+def unit_note(
+    stream: StreamColumns, uses: Sequence[ColumnUse], samples: NDArray[np.float32] | NDArray[np.float64]
+) -> str | None:
     """Return a note on samples without a known unit, such as counts; that of accelerations may look like gravity.
 
-    ``samples`` is float64, shape (axis, time).
+    ``samples`` has shape (axis, time).
     """
     if stream.unit is not None or not samples.size:
         return None

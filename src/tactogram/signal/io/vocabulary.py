@@ -6,6 +6,7 @@ import re
 import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from tactogram.errors import UnitError
 from tactogram.signal.units import STANDARD_GRAVITY, parse_seconds, parse_unit, split_heading
@@ -153,6 +154,7 @@ def headings_of(texts: Sequence[str], units: Sequence[str | None]) -> list[Headi
     return [heading(text, unit) for text, unit in zip(texts, units or (None,) * len(texts), strict=True)]
 
 
+@lru_cache(maxsize=1024)
 def heading(text: str, unit: str | None = None) -> Heading:
     """Return what a heading says, with the unit beside it if the file has one there."""
     plain = unicodedata.normalize(
