@@ -138,7 +138,7 @@ def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[
         raise ParameterError("an index needs at least one recording, got none")
     vectors = surface_vectors(embedder, known)
     ids, materials = [e.id for e in known], [str(e.material) for e in known]
-    held = surface_vectors(embedder, validation) if len(validation) else []
+    held = list(surface_vectors(embedder, validation)) if len(validation) else []
     true = [str(example.material) for example in validation]
 
     def weighted(weight: float) -> SurfaceIndex:
