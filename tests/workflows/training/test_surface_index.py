@@ -139,6 +139,30 @@ def test_what_the_network_does_not_tell_apart_is_refused_by_its_spectrum():
     assert np.mean(kept) > 0.8
 
 
+@pytest.mark.parametrize(("told_apart", "weight"), [(True, 1.0), (False, 10.0)])
+def test_levels_count_more_where_known_surfaces_are_then_found_more_often(monkeypatch, told_apart, weight):
+    random = np.random.default_rng(5)
+    of = {"cork": 0.0, "tile": 1.0}
+
+    class Embedder:
+        def embed(self, signal):
+            return signal.samples[0, :-1].astype(np.float32)
+
+    def strokes(count):
+        for name, place in of.items():
+            for number in range(count):
+                embedded = random.standard_normal(20) + told_apart * 40 * (place - 0.5)
+                samples = np.array([[*embedded, place + 0.2 * random.standard_normal()]])
+                yield Example(f"{name}-{number}", Signal(samples, 100.0, "1"), name)
+
+    monkeypatch.setattr(surface_index, "band_levels", lambda s: np.full(BANDS, s.samples[0, -1]))
+    known = list(strokes(10))
+    index = build_index(Embedder(), known, list(strokes(50)))
+    vectors, names = surface_vectors(Embedder(), known), [e.material for e in known]
+    expected = whitening_of(vectors, names, levels=BANDS, weight=weight)
+    np.testing.assert_array_equal(index.whitening, expected)
+
+
 @pytest.mark.parametrize("count", [3, 12, 40])
 def test_the_limit_keeps_new_distances_however_few_set_it(count):
     random = np.random.default_rng(count)

@@ -63,7 +63,7 @@ class Statistics(nn.Module):
             centred = x - x.mean(2, keepdim=True)
             deviation = centred.square().mean(2, keepdim=True).sqrt() + SILENT
             z = centred / deviation
-            features += [20 * deviation.log10(), z.pow(3).mean(2), (z.pow(4).mean(2) + SILENT).log()]
+            features += [20 * deviation.log10(), (z.pow(4).mean(2) + SILENT).log()]
             features += [(z[..., 1:] * z[..., :-1] < 0).float().mean(2)]
             features += [(z > share).float().mean(2) for share in SHARES]
             features += [(z.abs() > rare).float().mean(2) for rare in RARE]
@@ -87,8 +87,8 @@ class Statistics(nn.Module):
         change = level[:, :, 1:] - level[:, :, :-1]
         change = change - change.mean(2, keepdim=True)
         return [
-            10 * (power.mean(2) + SILENT**2).log10(), mean, deviation, z.pow(3).mean(2),
-            change.square().mean(2).sqrt(), (z[..., 1:] * z[..., :-1]).mean(2),
+            10 * (power.mean(2) + SILENT**2).log10(), mean, deviation, change.square().mean(2).sqrt(),
+            (z[..., 1:] * z[..., :-1]).mean(2),
         ]  # fmt: skip
 
 

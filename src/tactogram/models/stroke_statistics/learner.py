@@ -42,9 +42,10 @@ class Config(ModelConfig):
     """Step from a window to the next, as a share of the window."""
     windows: int = Field(default=6000, ge=2)
     """Most windows that are learned from, drawn evenly from all."""
-    recording_weight: float = Field(default=2.0, ge=0)
+    recording_weight: float = Field(default=5.0, ge=0)
     """Weight of the covariance of the recordings' means beside that of windows. A recording is named by the mean of its
-    windows, which averages out what differs from window to window, and not what differs from recording to recording."""
+    windows, which averages out what differs from window to window, and not what differs from recording to recording.
+    Only recordings of one material by one contactor at one speed are compared."""
 
     def input_samples(self, rate: float) -> int:
         """Return the samples of a window."""
@@ -129,8 +130,9 @@ class StrokeStatisticsLearner(WindowClassifier):
         self._measure_scale(examples)
         features, recording = self._training_features(examples)
         material = np.array([self.materials.index(str(example.material)) for example in examples])
-        temperature = self._temperature(features, material, recording)
-        self._fit(features, material, recording)
+        take = _takes(examples)
+        temperature = self._temperature(features, material, take, recording)
+        self._fit(features, material, take, recording)
         self.network.temperature.fill_(temperature)
         return {"windows": float(len(features)), "temperature": temperature}
 
@@ -161,9 +163,13 @@ class StrokeStatisticsLearner(WindowClassifier):
         return np.concatenate(features), recording
 
     def _fit(
-        self, features: NDArray[np.float64], material: NDArray[np.int64], recording: NDArray[np.int64]
+        self,
+        features: NDArray[np.float64],
+        material: NDArray[np.int64],
+        take: NDArray[np.int64],
+        recording: NDArray[np.int64],
     ) -> None:
-        """Fit the discriminant to features, (window, feature); materials are those of recordings."""
+        """Fit the discriminant to features, (window, feature); materials and `_takes` are those of recordings."""
         network = self.network
         mean, deviation = features.mean(0), np.maximum(features.std(0), LEAST_DEVIATION)
         x = (features - mean) / deviation
@@ -172,9 +178,11 @@ class StrokeStatisticsLearner(WindowClassifier):
         x -= means[of]
         covariance, _ = ledoit_wolf(x, assume_centered=True)
         covariance += LEAST_DEVIATION * np.eye(len(covariance))
-        every, place = np.unique(recording, return_inverse=True)
-        if (freedom := len(every) - len(means)) > 0:
-            averages = np.stack([x[place == each].mean(0) for each in range(len(every))])
+        every = np.unique(recording)
+        takes, of = np.unique(take[every], return_inverse=True)
+        if (freedom := len(every) - len(takes)) > 0:
+            averages = np.stack([x[recording == each].mean(0) for each in every])
+            averages -= np.stack([averages[of == each].mean(0) for each in range(len(takes))])[of]
             covariance += self.config.recording_weight / freedom * averages.T @ averages
         # In the coordinates z = inv(L) x the covariance is white, and the nearest mean is the likeliest material.
         root = np.linalg.cholesky(covariance)
@@ -186,7 +194,11 @@ class StrokeStatisticsLearner(WindowClassifier):
             getattr(network, name).copy_(torch.from_numpy(values))
 
     def _temperature(
-        self, features: NDArray[np.float64], material: NDArray[np.int64], recording: NDArray[np.int64]
+        self,
+        features: NDArray[np.float64],
+        material: NDArray[np.int64],
+        take: NDArray[np.int64],
+        recording: NDArray[np.int64],
     ) -> float:
         """Return the temperature at which recordings that were left out of a fit have the likeliest probabilities.
 
@@ -202,7 +214,7 @@ class StrokeStatisticsLearner(WindowClassifier):
             known = (part != fold)[recording]
             if len(np.unique(material[recording[known]])) < len(self.materials):
                 continue
-            self._fit(features[known], material, recording[known])
+            self._fit(features[known], material, take, recording[known])
             for left in np.unique(recording[~known]):
                 logits.append(self._logits(features[recording == left]).mean(0))
                 true.append(material[left])
@@ -258,6 +270,13 @@ class StrokeStatisticsLearner(WindowClassifier):
             self.hop,
             embedding="place among the known materials",
         )
+
+
+def _takes(examples: Sequence[Example]) -> NDArray[np.int64]:
+    """Return a number for each example, the same for those of one material, contactor and speed."""
+    keys = [(e.material, e.condition.get("contactor"), e.condition.get("speed_mm_s")) for e in examples]
+    numbers: dict[Any, int] = {}
+    return np.array([numbers.setdefault(key, len(numbers)) for key in keys])
 
 
 build = StrokeStatisticsLearner

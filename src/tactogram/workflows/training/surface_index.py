@@ -2,11 +2,12 @@
 
 The vector of a recording is its embedding by the classifier, averaged over its windows and scaled to length 1, and its
 level in half octaves: the embedding keeps what tells the known materials apart, and the spectrum shows what is unlike
-all of them. Both count alike. Distances are Euclidean after the vectors were whitened by how recordings of one material
-differ (within-class covariance normalisation, Hatch, Kajarekar and Stolcke 2006), so that a direction counts by what it
-says about the material. A recording is "none of these" when its nearest neighbour (Sun et al. 2022,
-"Out-of-distribution detection with deep nearest neighbors") is beyond the `prediction_limit` of recordings of known
-materials that the classifier was not trained on.
+all of them. Both count alike, or the spectrum more if recordings that the classifier was not trained on are then more
+often next to one of their material, as where each was stroked at several speeds. Distances are Euclidean after the
+vectors were whitened by how recordings of one material differ (within-class covariance normalisation, Hatch, Kajarekar
+and Stolcke 2006), so that a direction counts by what it says about the material. A recording is "none of these" when
+its nearest neighbour (Sun et al. 2022, "Out-of-distribution detection with deep nearest neighbors") is beyond the
+`prediction_limit` of recordings of known materials that the classifier was not trained on.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ BANDS = 12
 """Half octaves below half the sampling rate whose levels are part of a vector."""
 WINDOW = 256
 """Samples of a window of the spectrum."""
+WEIGHTS = (1.0, 3.0, 10.0)
+"""Lengths of a vector of levels beside an embedding of length 1, of which one is chosen."""
 LEAST_LEVEL = 1e-12
 """Share of the power that counts as silence in a band."""
 LEAST_SD_DB = 1.0
@@ -121,10 +124,10 @@ class SurfaceIndex:
 
 
 def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
-    """Return an index over ``known``, with a threshold calibrated on ``validation``.
+    """Return an index over ``known``, with weight of the levels and threshold set by ``validation``.
 
-    The latter are recordings of known materials that ``embedder`` was not trained on. If there are none, each known
-    recording is compared with the others, which is optimistic.
+    The latter are recordings of known materials that ``embedder`` was not trained on. If there are none, the levels
+    count as the embedding, and each known recording is compared with the others, which is optimistic.
 
     Raises
     ------
@@ -134,17 +137,28 @@ def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[
     if not known:
         raise ParameterError("an index needs at least one recording, got none")
     vectors = surface_vectors(embedder, known)
-    materials = [str(example.material) for example in known]
-    index = SurfaceIndex(
-        vectors,
-        [example.id for example in known],
-        materials,
-        whitening=whitening_of(vectors, materials, levels=BANDS * len(known[0].signal.axes)),
-        threshold=1.0,
-        calibrated_on=len(validation),
-    )
+    ids, materials = [e.id for e in known], [str(e.material) for e in known]
+    held = list(surface_vectors(embedder, validation)) if len(validation) else []
+    true = [str(example.material) for example in validation]
+
+    def weighted(weight: float) -> SurfaceIndex:
+        return SurfaceIndex(
+            vectors,
+            ids,
+            materials,
+            whitening=whitening_of(
+                vectors, materials, levels=BANDS * len(known[0].signal.axes), weight=weight
+            ),
+            threshold=1.0,
+            calibrated_on=len(validation),
+        )
+
+    def right(index: SurfaceIndex) -> int:
+        return sum(index.nearest(v, 1)[0]["material"] == name for v, name in zip(held, true, strict=True))
+
+    index = max(map(weighted, WEIGHTS), key=right)  # the first of equals
     if len(validation):
-        distances = [index.novelty(vector) for vector in surface_vectors(embedder, validation)]
+        distances = [index.novelty(vector) for vector in held]
     else:
         # The nearest of each is itself.
         distances = [index.nearest(vector, 2)[-1]["distance"] for vector in vectors]
@@ -153,11 +167,12 @@ def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[
 
 
 def whitening_of(
-    vectors: NDArray[np.float32], materials: Sequence[str], *, levels: int = 0
+    vectors: NDArray[np.float32], materials: Sequence[str], *, levels: int = 0, weight: float = 1.0
 ) -> NDArray[np.float32]:
     """Return the matrix, float32, shape (feature, feature), after which distances compare recordings with materials.
 
-    The last ``levels`` features are in dB; together they count as a vector of length 1, as the others do.
+    The last ``levels`` features are in dB; together they count as a vector of length ``weight``, the others as one of
+    length 1.
 
     ``vectors @ matrix`` have equal variance within materials in all directions, as far as few recordings can tell:
     half of the covariance is that of the recordings about the mean of their material, the other half is a multiple of
@@ -167,7 +182,7 @@ def whitening_of(
     names, of = np.unique(materials, return_inverse=True)
     scale = np.ones(vectors.shape[1])
     if levels:
-        scale[-levels:] = 1 / np.sqrt(levels) / np.maximum(vectors[:, -levels:].std(axis=0), LEAST_SD_DB)
+        scale[-levels:] = weight / np.sqrt(levels) / np.maximum(vectors[:, -levels:].std(axis=0), LEAST_SD_DB)
     wide = vectors.astype(np.float64) * scale
     freedom = len(wide) - len(names)
     if freedom < 1:

@@ -42,7 +42,7 @@ def test_the_level_is_kept_and_shape_is_not_changed_by_it():
     assert difference[:2] == pytest.approx([20, 20], abs=1e-3)  # standard deviation of each axis, dB
     changed = difference.abs() > 0.05
     assert difference[changed].numpy() == pytest.approx(np.full(int(changed.sum()), 20), abs=0.05)
-    assert 0.2 < float(changed.float().mean()) < 0.4  # levels and mean levels, two of six of each band
+    assert 0.25 < float(changed.float().mean()) < 0.45  # levels and mean levels, two of five of each band
 
 
 def test_impacts_and_steady_noise_of_one_spectrum_differ():
@@ -50,7 +50,7 @@ def test_impacts_and_steady_noise_of_one_spectrum_differ():
     steady = rng.standard_normal((50, 1, 1024))
     rare = rng.standard_normal((50, 1, 1024)) * (rng.random((50, 1, 1024)) < 0.05) * np.sqrt(20)
     features = [Statistics(1, 1024)(torch.from_numpy(x.astype(np.float32))).numpy() for x in (steady, rare)]
-    kurtosis = [np.exp(each[:, 2]).mean() for each in features]
+    kurtosis = [np.exp(each[:, 1]).mean() for each in features]
     assert kurtosis[0] == pytest.approx(3, abs=0.2)
     assert kurtosis[1] > 30
 

@@ -7,6 +7,7 @@ from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
 from tactogram.errors import ParameterError
 from tactogram.model import Example, SignalKind
 from tactogram.models.stroke_statistics import Config, build
+from tactogram.models.stroke_statistics.learner import _takes
 from tactogram.signal import Signal
 from tactogram.training.loop import fit
 
@@ -83,13 +84,24 @@ def test_a_feature_that_drifts_between_recordings_counts_less():
     features[:, 0] = material[recording] + rng.standard_normal(30)[recording] + 0.1 * rng.standard_normal(150)
     features[:, 1] = material[recording] + rng.standard_normal(150)
 
-    def share(weight):
+    def share(weight, take=material):
         learner = build(Config(recording_weight=weight), KIND, seed=0)
-        learner._fit(features, material, recording)
+        learner._fit(features, material, take, recording)
         size = np.linalg.norm(learner.network.directions.numpy(), axis=1)
         return size[0] / size[1]
 
     assert share(10.0) < 0.6 * share(0.0)
+    assert share(10.0, np.arange(30)) == share(0.0)  # no two recordings under the same conditions
+
+
+def test_recordings_are_compared_under_the_same_conditions():
+    at = [("cork", "pen", 50.0), ("felt", "pen", 50.0), ("cork", "pen", 99.0), ("cork", "pen", 50.0)]
+    signal = stroke("cork", 0).signal
+    examples = [
+        Example("", signal, m, {"contactor": c, "speed_mm_s": v, "force_n": float(n)})
+        for n, (m, c, v) in enumerate(at)
+    ]
+    assert _takes(examples).tolist() == [0, 1, 2, 0]
 
 
 def test_a_short_recording_shortens_the_window_and_the_run_remembers_it():
