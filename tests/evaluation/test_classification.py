@@ -58,17 +58,29 @@ def test_a_classifier_without_windows_classifies_whole_recordings():
     np.testing.assert_array_equal(result.recordings, result.windows)
 
 
+def test_the_share_of_recordings_whose_class_is_a_candidate_is_counted():
+    class Doubtful(SampleClassifier):
+        def candidates(self, probabilities):
+            return ("b", "a") if probabilities[1] > 0.4 else ("a",)
+
+    known = [example("a", 0.1), example("a", 0.45), example("b", 0.2), example("b", 0.8)]
+    result = evaluate_classifier(Doubtful(), known)
+    np.testing.assert_array_equal(result.candidates, [[2, 1], [2, 1]])
+    assert result.candidate_facts == {"right_among": 0.75, "mean_number": 1.5}
+    assert evaluate_classifier(SampleClassifier(), known).candidate_facts is None
+
+
 def test_folds_add_up():
     one = evaluate_classifier(SampleClassifier(), [example("a", 0.1)])
     two = evaluate_classifier(SampleClassifier(), [example("b", 0.1)])
     np.testing.assert_array_equal((one + two).recordings, [[1, 0], [1, 0]])
     with pytest.raises(ParameterError, match="different classes"):
-        _ = one + ClassificationResult(("a", "c"), one.windows, one.recordings)
+        _ = one + ClassificationResult(("a", "c"), one.windows, one.recordings, one.candidates)
 
 
 def test_the_interval_is_wilsons():
     counts = np.array([[5, 5], [0, 0]])
-    low, high = ClassificationResult(("a", "b"), counts, counts).recording_interval
+    low, high = ClassificationResult(("a", "b"), counts, counts, counts).recording_interval
     # Wilson half-width at 5 of 10 is 0.263.
     assert (high - low) / 2 == pytest.approx(0.263, abs=0.001)
     assert (high + low) / 2 == pytest.approx(0.5)

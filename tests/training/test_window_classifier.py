@@ -24,3 +24,13 @@ def test_a_classifier_needs_two_materials_and_whole_windows():
     short = Signal(np.ones((1, 20)), 400.0, "N", ("x",))
     with pytest.raises(ParameterError, match="signal must have at least 64 samples at 400 Hz, got 20"):
         classifier.regular_windows(short, 64, 32, at_once=8)
+
+
+def test_candidates_have_the_probability_of_all_but_a_twentieth_of_the_recordings_left_out():
+    classifier = build(Config(), SignalKind(400.0, "N", ("x",), ("cork", "felt", "tile")))
+    classifier.left_out = np.linspace(0.05, 0.9, 18)
+    assert classifier.candidates(np.array([0.2, 0.1, 0.7])) is None  # 19 are needed
+    classifier.left_out = np.array([*np.linspace(0.3, 0.9, 18), 0.15])
+    assert classifier.candidates(np.array([0.2, 0.1, 0.7])) == ("tile", "cork")
+    classifier.left_out = np.full(40, 0.9)
+    assert classifier.candidates(np.array([0.4, 0.6, 0.0])) == ("felt",)  # never none

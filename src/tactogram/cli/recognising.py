@@ -9,11 +9,11 @@ FILES = "tactogram.workflows.recognition.files"
 
 
 def _classes(result: dict[str, Any]) -> str:
-    rows = [("file", "material", "probability", "")]
-    rows += [
-        (file, r["material"], f"{r['probability']:.3f}", "none of these?" if r["none_of_these"] else "")
-        for file, r in result["files"].items()
-    ]
+    rows = [("file", "material", "probability", "or, by 95 %", "")]
+    for file, r in result["files"].items():
+        others = ", ".join(name for name in r["candidates"] or () if name != r["material"])
+        doubt = "none of these?" if r["none_of_these"] else ""
+        rows.append((file, r["material"], f"{r['probability']:.3f}", others, doubt))
     return columns(rows)
 
 

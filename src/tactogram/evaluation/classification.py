@@ -20,12 +20,14 @@ class ClassificationResult:
     """Confusion counts of a classifier on recordings absent from its training.
 
     ``windows`` and ``recordings`` have shape (true class, answered class), in the order of ``materials``; a recording
-    is classified by its windows' pooled probabilities.
+    is classified by its windows' pooled probabilities. ``candidates``, of the same shape, counts the recordings among
+    whose candidates (`tactogram.model.Model.candidates`) a class is; zeros if the classifier has none.
     """
 
     materials: tuple[str, ...]
     windows: NDArray[np.int64]
     recordings: NDArray[np.int64]
+    candidates: NDArray[np.int64]
 
     @property
     def window_accuracy(self) -> float:
@@ -44,12 +46,26 @@ class ClassificationResult:
         interval = test.proportion_ci(0.95, method="wilson")
         return float(interval.low), float(interval.high)
 
+    @property
+    def candidate_facts(self) -> dict[str, float] | None:
+        """Share of recordings whose class is among the candidates, and candidates per recording; None without any."""
+        if not self.candidates.any():
+            return None
+        recordings = int(self.recordings.sum())
+        return {
+            "right_among": float(np.trace(self.candidates) / recordings),
+            "mean_number": float(self.candidates.sum() / recordings),
+        }
+
     def __add__(self, other: Self) -> ClassificationResult:
         """Return the counts of both, e.g. of two folds."""
         if self.materials != other.materials:
             raise ParameterError("results of different classes cannot be added")
         return ClassificationResult(
-            self.materials, self.windows + other.windows, self.recordings + other.recordings
+            self.materials,
+            self.windows + other.windows,
+            self.recordings + other.recordings,
+            self.candidates + other.candidates,
         )
 
     def as_dict(self) -> dict[str, Any]:
@@ -60,6 +76,7 @@ class ClassificationResult:
             "recording_accuracy_95": list(self.recording_interval),
             "windows": int(self.windows.sum()),
             "recordings": int(self.recordings.sum()),
+            "candidates": self.candidate_facts,
             "chance": 1 / len(self.materials),
             "per_material": {
                 name: {
@@ -84,7 +101,7 @@ def evaluate_classifier(
     """Classify every window of ``examples`` and count the answers."""
     classes = len(classifier.materials)
     windows = np.zeros((classes, classes), np.int64)
-    recordings = np.zeros((classes, classes), np.int64)
+    recordings, candidates = np.zeros_like(windows), np.zeros_like(windows)
     for example in examples:
         if example.material not in classifier.materials:
             raise ParameterError(
@@ -93,9 +110,12 @@ def evaluate_classifier(
         true = classifier.materials.index(example.material)
         probabilities = classifier.window_probabilities(example.signal)  # window, material
         np.add.at(windows[true], probabilities.argmax(axis=1), 1)
-        recordings[true, pooled(probabilities).argmax()] += 1
+        together = pooled(probabilities)
+        recordings[true, together.argmax()] += 1
+        for name in classifier.candidates(together) or ():
+            candidates[true, classifier.materials.index(name)] += 1
         on_example()
-    return ClassificationResult(classifier.materials, windows, recordings)
+    return ClassificationResult(classifier.materials, windows, recordings, candidates)
 
 
 def _share(counts: NDArray[np.int64], row: int) -> float | None:

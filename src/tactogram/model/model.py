@@ -257,6 +257,13 @@ class Model(Saved, ABC):
         """Return the probability of each of `materials`, float64, shape (material,), sum 1."""
         raise self._refused("classify")
 
+    def candidates(self, probabilities: NDArray[np.float64]) -> tuple[str, ...] | None:
+        """Return the materials among which a recording's own is with 95 %, by its `probabilities`, likeliest first.
+
+        None if the model does not know: by default.
+        """
+        return None
+
     def window_probabilities(self, signal: Signal) -> NDArray[np.float64]:
         """Return the probability of each of `materials` for each window, float64, shape (window, material).
 

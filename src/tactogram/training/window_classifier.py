@@ -16,6 +16,8 @@ from tactogram.signal import Signal
 from tactogram.statistics import pooled
 from tactogram.training.seeds import child_generator
 
+COVERAGE = 0.95
+"""Share of new recordings whose own material is among `WindowClassifier.candidates`."""
 DRAWN = 4
 """Windows in a batch of typical inputs."""
 
@@ -25,6 +27,8 @@ class WindowClassifier(Model):
 
     kind: SignalKind
     embeds = True
+    left_out: NDArray[np.float64] = np.zeros(0)
+    """Probability of the right material of recordings that were left out of a fit, float64, shape (recording,)."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -42,6 +46,19 @@ class WindowClassifier(Model):
     def probabilities(self, signal: Signal) -> NDArray[np.float64]:
         """Return the probabilities of the windows, pooled: shape (material,)."""
         return pooled(self.window_probabilities(signal))
+
+    def candidates(self, probabilities: NDArray[np.float64]) -> tuple[str, ...] | None:
+        """Return the materials among which a recording's own is with `COVERAGE`, likeliest first; None if unknown.
+
+        A conformal set (Vovk, Gammerman and Shafer 2005): materials with at least the probability that the right one
+        has in this share of the recordings left out. 19 of them are needed.
+        """
+        rank = int((1 - COVERAGE) * (len(self.left_out) + 1) + 1e-9)
+        if rank < 1:
+            return None
+        least = min(np.sort(self.left_out)[rank - 1], probabilities.max())
+        order = np.argsort(-probabilities, kind="stable")
+        return tuple(self.materials[i] for i in order if probabilities[i] >= least)
 
     def regular_windows(self, signal: Signal, samples: int, hop: int, *, at_once: int) -> Iterator[Tensor]:
         """Yield windows of ``samples``, ``hop`` apart, ``at_once`` at a time: (window, axis, time), on the CPU.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize_scalar
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 from sklearn.covariance import ledoit_wolf
 from torch import Tensor, nn
 
@@ -20,6 +20,7 @@ from tactogram.model import Example, ExportedNetwork, ModelConfig, Stage
 from tactogram.models.stroke_statistics.features import FRAMES_LEAST, LENGTHS, Statistics
 from tactogram.nn.initial_weights import for_export
 from tactogram.signal import Signal
+from tactogram.statistics import pooled
 from tactogram.training.seeds import child_rng
 from tactogram.training.window_classifier import WindowClassifier, windows_at
 
@@ -101,7 +102,7 @@ class StrokeStatisticsLearner(WindowClassifier):
     """Linear discriminant analysis of `Statistics`, its covariance shrunk by Ledoit and Wolf (2004)."""
 
     config: Config
-    saved = ("samples", "network")
+    saved = ("samples", "network", "left_out")
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
@@ -131,7 +132,7 @@ class StrokeStatisticsLearner(WindowClassifier):
         features, recording = self._training_features(examples)
         material = np.array([self.materials.index(str(example.material)) for example in examples])
         take = _takes(examples)
-        temperature = self._temperature(features, material, take, recording)
+        temperature, self.left_out = self._calibrated(features, material, take, recording)
         self._fit(features, material, take, recording)
         self.network.temperature.fill_(temperature)
         return {"windows": float(len(features)), "temperature": temperature}
@@ -193,17 +194,17 @@ class StrokeStatisticsLearner(WindowClassifier):
         for name, values in zip(("mean", "deviation", "directions", "places"), parts, strict=True):
             getattr(network, name).copy_(torch.from_numpy(values))
 
-    def _temperature(
+    def _calibrated(
         self,
         features: NDArray[np.float64],
         material: NDArray[np.int64],
         take: NDArray[np.int64],
         recording: NDArray[np.int64],
-    ) -> float:
+    ) -> tuple[float, NDArray[np.float64]]:
         """Return the temperature at which recordings that were left out of a fit have the likeliest probabilities.
 
         Windows that overlap, and whose features are no normal variables, are too sure of themselves. 1 if no material
-        has recordings in two parts.
+        has recordings in two parts. Also returned are these probabilities of the right materials (`left_out`).
         """
         part = np.zeros(len(material), int)
         for each in range(len(self.materials)):
@@ -216,17 +217,19 @@ class StrokeStatisticsLearner(WindowClassifier):
                 continue
             self._fit(features[known], material, take, recording[known])
             for left in np.unique(recording[~known]):
-                logits.append(self._logits(features[recording == left]).mean(0))
+                logits.append(self._logits(features[recording == left]))
                 true.append(material[left])
         if not logits:
-            return 1.0
-        mean = np.stack(logits)
+            return 1.0, np.zeros(0)
+        mean = np.stack([each.mean(0) for each in logits])
 
         def cost(log: float) -> float:
             scaled = mean / np.exp(log)
             return float(np.mean(logsumexp(scaled, axis=1) - scaled[np.arange(len(true)), true]))
 
-        return float(np.exp(minimize_scalar(cost, bounds=TEMPERATURES, method="bounded").x))
+        temperature = float(np.exp(minimize_scalar(cost, bounds=TEMPERATURES, method="bounded").x))
+        left_out = [pooled(softmax(w / temperature, axis=1))[m] for w, m in zip(logits, true, strict=True)]
+        return temperature, np.array(left_out)
 
     @torch.inference_mode()
     def _logits(self, features: NDArray[np.float64]) -> NDArray[np.float64]:

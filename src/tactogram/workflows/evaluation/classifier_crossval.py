@@ -147,9 +147,8 @@ def _evaluated_folds(
             progress=silent if len(folds) == 1 else progress,
         )
     shutil.rmtree(kept)
-    counts = [
-        {name: np.array(value[name], np.int64) for name in ("windows", "recordings")} for value in values
-    ]
+    names = ("windows", "recordings", "candidates")
+    counts = [{name: np.array(value[name], np.int64) for name in names} for value in values]
     materials = [tuple(value["materials"]) for value in values]
     results = [ClassificationResult(of, **found) for of, found in zip(materials, counts, strict=True)]
     return results, values[-1]["rate_hz"]
@@ -172,6 +171,7 @@ def _fold_value(fold: _Fold, progress: ProgressCallback = silent) -> dict[str, A
         "materials": list(result.materials),
         "windows": result.windows.tolist(),
         "recordings": result.recordings.tolist(),
+        "candidates": result.candidates.tolist(),
         "rate_hz": kind.rate,
     }
 

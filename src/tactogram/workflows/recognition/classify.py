@@ -23,8 +23,10 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``material`` (the likeliest), ``probability``, ``probabilities`` by material (likeliest first), and
-        ``none_of_these``: whether all known recordings are too far (see `tactogram.workflows.recognition.search`).
+        ``material`` (the likeliest), ``probability``, ``probabilities`` by material (likeliest first), ``candidates``:
+        the materials among which that of a recording under known conditions is with 95 %, None if the model does not
+        know, and ``none_of_these``: whether all known recordings are too far (see
+        `tactogram.workflows.recognition.search`).
 
     Raises
     ------
@@ -49,6 +51,7 @@ def classify(run: Path | str | LoadedRun, signal: Signal) -> dict[str, Any]:
         "material": ranked[0][0],
         "probability": ranked[0][1],
         "probabilities": dict(ranked),
+        "candidates": classifier.candidates(probabilities),
         "none_of_these": none_of_these,
         "simulated": loaded.simulated,
     }

@@ -76,6 +76,22 @@ def test_probabilities_of_surfaces_that_are_alike_are_not_too_sure():
     assert np.mean([learner.probabilities(noise()).max() for _ in range(20)]) < 0.6
 
 
+def test_the_right_material_is_among_the_candidates_of_as_many_recordings_as_stated():
+    rng = np.random.default_rng(5)
+
+    def alike(seed):
+        one = stroke(("cork", "felt")[seed % 2], seed)
+        mixed = one.signal.samples + 2 * rng.standard_normal(one.signal.samples.shape)
+        return Example(one.id, Signal(mixed, RATE, "m/s^2", AXES), one.material)
+
+    learner = trained([*map(alike, range(60)), *strokes(10)])
+    new = [alike(seed) for seed in range(100, 400)]
+    candidates = [learner.candidates(learner.probabilities(example.signal)) for example in new]
+    share = np.mean([example.material in names for example, names in zip(new, candidates, strict=True)])
+    assert 0.9 <= share <= 0.99
+    assert 1.1 < np.mean([len(names) for names in candidates]) < 2  # they are hard to tell apart
+
+
 def test_a_feature_that_drifts_between_recordings_counts_less():
     rng = np.random.default_rng(4)
     material = np.arange(30) % 3
