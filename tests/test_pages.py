@@ -55,6 +55,7 @@ def test_the_examples_of_the_python_page_run_in_their_order(tmp_path):
     assert {"noise.wav", "drive.wav", "touch.ahap", "felt.wav"} <= {path.name for path in tmp_path.iterdir()}
 
 
+@pytest.mark.slow
 def test_the_commands_for_engines_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"<!-- engines -->\n```sh\n(.*?)```", text_of("engines"), re.DOTALL)

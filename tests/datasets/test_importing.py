@@ -446,6 +446,7 @@ for step in range(1, 200):
 """
 
 
+@pytest.mark.slow
 def test_killed_at_any_step_there_is_nothing_or_all_photographs(tmp_path):
     source = tmp_path / "source"
     write_noise(source / "cork" / "a.wav", 0)
