@@ -230,7 +230,8 @@ function summed(differences, steps, speeds) {
       for (let speed = 0; speed < speeds; speed++) {
         slope += differences[at++];
         value += slope;
-        values[(speed * forces + force) * steps.length + p] = value * steps[p];
+        const whole = (value << 16) >> 16; // differences beyond int16 were sent modulo 2**16
+        values[(speed * forces + force) * steps.length + p] = whole * steps[p];
       }
     }
   }
