@@ -62,7 +62,7 @@ class Parameter:
         try:
             return _adapter(self.kind).validate_python(value)
         except ValidationError as error:
-            fault = next((one for one in error.errors() if one["type"] in _BOUNDS), None)
+            fault = next((detail for detail in error.errors() if detail["type"] in _BOUNDS), None)
             expected = self.annotation if fault is None else fault["msg"].removeprefix("Input should be ")
             raise ParameterError.must(self.name, f"be {expected}", value) from None
 
@@ -92,26 +92,26 @@ def parameters(function: Callable[..., Any]) -> tuple[Parameter, ...]:
 def _own(function: Callable[..., Any]) -> tuple[Parameter, ...]:
     documented = parse(inspect.getdoc(function) or "", DocstringStyle.NUMPYDOC)
     texts = {
-        name.strip(): " ".join((one.description or "").split())
-        for one in documented.params
-        for name in one.arg_name.split(",")
+        name.strip(): " ".join((described.description or "").split())
+        for described in documented.params
+        for name in described.arg_name.split(",")
     }
     known = vars(sys.modules[function.__module__])
     for name, text in texts.items():
         if text.startswith("As of `"):
             named = text.split("`")[1]
             other = known.get(named) or locate(named)
-            texts[name] = next(one.text for one in parameters(cast(Any, other)) if one.name == name)
+            texts[name] = next(entry.text for entry in parameters(cast(Any, other)) if entry.name == name)
     return tuple(
         Parameter(
             name,
-            str(one.annotation).removesuffix(" | None").replace(" | ", " or "),
-            _resolved(one.annotation, known),
-            one.default,
+            str(argument.annotation).removesuffix(" | None").replace(" | ", " or "),
+            _resolved(argument.annotation, known),
+            argument.default,
             texts[name],
-            one.kind is not inspect.Parameter.KEYWORD_ONLY,
+            argument.kind is not inspect.Parameter.KEYWORD_ONLY,
         )
-        for name, one in inspect.signature(function).parameters.items()
+        for name, argument in inspect.signature(function).parameters.items()
         if name in texts
     )
 
@@ -132,7 +132,7 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
     @wraps(function)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         bound = signature.bind(*args, **kwargs)
-        known = {one.name: one for one in parameters(function)}
+        known = {parameter.name: parameter for parameter in parameters(function)}
         for held in (bound.arguments, bound.arguments.get(rest, {})):
             for name in held.keys() & known.keys():
                 held[name] = known[name].check(held[name])

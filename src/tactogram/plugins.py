@@ -104,9 +104,9 @@ class PluginGroup:
             for folder in further_folders(self.variable)
             for file in module_files(folder, self.kind)
         ]
-        for name, place in (*_entry_points(self.entry_points, tuple(sys.path)), *files):
-            if places.setdefault(name, place) != place:
-                raise ParameterError(f"two {self.kind}s are called {name!r}: {places[name]}, {place}")
+        for name, source in (*_entry_points(self.entry_points, tuple(sys.path)), *files):
+            if places.setdefault(name, source) != source:
+                raise ParameterError(f"two {self.kind}s are called {name!r}: {places[name]}, {source}")
         return places
 
 

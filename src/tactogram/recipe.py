@@ -158,10 +158,10 @@ def run_id(resolved: Mapping[str, Any], data_sha256: str) -> str:
 
 def dotted(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return nested values by their names with dots, as ``--set`` takes them."""
-    found: dict[str, Any] = {}
+    settings: dict[str, Any] = {}
     for name, value in values.items():
         if isinstance(value, Mapping):
-            found |= dotted(value, f"{prefix}{name}.")
+            settings |= dotted(value, f"{prefix}{name}.")
         else:
-            found[f"{prefix}{name}"] = value
-    return found
+            settings[f"{prefix}{name}"] = value
+    return settings

@@ -57,7 +57,7 @@ def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> t
     try:
         kind.model_validate(dict(values))
     except ValidationError as error:
-        return tuple(fault for one in error.errors() for fault in _faults(kind, one, where))
+        return tuple(fault for detail in error.errors() for fault in _faults(kind, detail, where))
     return ()
 
 
@@ -65,11 +65,11 @@ def _faults(kind: type[BaseModel], error: ErrorDetails, where: str) -> Iterator[
     cause = error.get("ctx", {}).get("error")
     if isinstance(cause, FaultError):
         for fault in cause.faults:
-            place = (*error["loc"], *fault.place)
-            yield Fault(place, _joined(where, _dotted(error["loc"]), fault.sentence), error["type"])
+            location = (*error["loc"], *fault.place)
+            yield Fault(location, _joined(where, _dotted(error["loc"]), fault.sentence), error["type"])
     else:
-        place = error["loc"] or (place_of(cause, kind) if isinstance(cause, TactogramError) else ())
-        yield Fault(place, _sentence(kind, error, where), error["type"])
+        location = error["loc"] or (place_of(cause, kind) if isinstance(cause, TactogramError) else ())
+        yield Fault(location, _sentence(kind, error, where), error["type"])
 
 
 def place_of(error: TactogramError, kind: type[BaseModel]) -> tuple[str, ...]:
@@ -78,8 +78,8 @@ def place_of(error: TactogramError, kind: type[BaseModel]) -> tuple[str, ...]:
     return keys if keys[0] in kind.model_fields else ()
 
 
-def _dotted(place: tuple[int | str, ...]) -> str:
-    return shortened(".".join(map(str, place)))
+def _dotted(location: tuple[int | str, ...]) -> str:
+    return shortened(".".join(map(str, location)))
 
 
 def _sentence(kind: type[BaseModel], error: ErrorDetails, where: str) -> str:
@@ -116,10 +116,10 @@ def with_changes(values: Mapping[str, Any], changes: Mapping[str, Any] | None) -
     return changed
 
 
-def _keys_at(kind: type[BaseModel], place: tuple[int | str, ...]) -> list[str]:
+def _keys_at(kind: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
     """Return the keys of the table at a place; none if it may be of several kinds."""
     fields = kind.model_fields
-    for part in place:
+    for part in location:
         # Other parts are keys of a mapping or indices of a list, whose model was entered already.
         if str(part) in fields:
             inner = _models_in(fields[str(part)].annotation)

@@ -104,11 +104,11 @@ def overview(group: str = "") -> str:
     """Return the verbs of a group, or the verbs and groups of all, a line each, as ``--help`` shows them."""
     places = verb_places()
     if group:
-        lines = {words: place.help for words, place in places.items() if words.startswith(f"{group} ")}
+        lines = {words: entry.help for words, entry in places.items() if words.startswith(f"{group} ")}
         usage, about = f"{group} VERB", group_helps()[group]
     else:
         helps = group_helps()
-        lines = {words.split()[0]: helps.get(words.split()[0], place.help) for words, place in places.items()}
+        lines = {words.split()[0]: helps.get(words.split()[0], entry.help) for words, entry in places.items()}
         usage, about = "VERB", "learn, generate, evaluate and render touch"
     width = max(map(len, lines)) + 2
     return "\n".join([
@@ -128,19 +128,19 @@ def nearest_verb(words: Sequence[str], verbs: Iterable[str]) -> str | None:
     ``verbs`` have one word, or that of a group and their own.
     """
     known = [verb.split() for verb in verbs]
-    given = list(words[:2])
-    if not given or given[0].startswith("-") or given[:1] in known or given in known:
+    typed = list(words[:2])
+    if not typed or typed[0].startswith("-") or typed[:1] in known or typed in known:
         return None
-    inner = [verb for verb in known if verb[0] == given[0]]
-    if inner and (len(given) == 1 or given[1].startswith("-")):
+    inner = [verb for verb in known if verb[0] == typed[0]]
+    if inner and (len(typed) == 1 or typed[1].startswith("-")):
         return None
     for extra, listed in EXTRAS.items():
-        for named in (" ".join(given), *([] if inner else given[:1])):
+        for named in (" ".join(typed), *([] if inner else typed[:1])):
             if named in listed:
                 return f"`tactogram {named}` comes with an extra: pip install 'tactogram[{extra}]'"
-    wrong = given[-1] if inner else given[0]
+    wrong = typed[-1] if inner else typed[0]
     near = get_close_matches(wrong, {verb[-1] for verb in inner or known}, n=1)
-    found = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]
-    likely = f"did you mean {' or '.join(found)}? " if found else ""
-    shown, group = (" ".join(given), f"{given[0]} ") if inner else (wrong, "")
+    matches = [f"`tactogram {' '.join(verb)}`" for verb in inner or known if verb[-1:] == near]
+    likely = f"did you mean {' or '.join(matches)}? " if matches else ""
+    shown, group = (" ".join(typed), f"{typed[0]} ") if inner else (wrong, "")
     return f"no verb {shown!r}; {likely}`tactogram {group}--help` lists all"

@@ -29,7 +29,7 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 def _training_parameters() -> Iterator[Parameter]:
     """Yield the settings of `train`."""
-    return (one for one in parameters(train) if one.name not in ("model", "data", "resume"))
+    return (parameter for parameter in parameters(train) if parameter.name not in ("model", "data", "resume"))
 
 
 @checked
@@ -276,7 +276,7 @@ def _check_described(run: LoadedRun, name: str, out: str, stated: Mapping[str, A
     lacking = {"material": not materials, "image": not run.run.data.get("photographs", {}).get("train")}
     known, examples = condition_options(), {}
     for need in (*run.facts.needs, *run.facts.instead):
-        option = next((one for one in condition_types()[need].options if one.example), None)
+        option = next((candidate for candidate in condition_types()[need].options if candidate.example), None)
         if option is not None and not lacking.get(need):
             example = materials[0] if need == "material" else option.example
             examples[need] = f"{spelt(option.name)} {shlex.quote(example)}"

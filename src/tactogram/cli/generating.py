@@ -52,7 +52,7 @@ def _score_lines(scores: list[dict[str, Any]]) -> list[str]:
 
 def _limits(result: dict[str, Any]) -> Iterable[str]:
     if "scores" in result:
-        return [line for made in result["scores"][0]["made"].values() for line in made["limited"]]
+        return [line for generated in result["scores"][0]["made"].values() for line in generated["limited"]]
     if "index" not in result:
         return list(result["files"][0].get("limited", ()))
     lines = [f"{row['file']}: {line}" for row in result["files"] for line in row.get("limited", ())]

@@ -22,9 +22,9 @@ def _doctor_text(facts: dict[str, Any]) -> str:
         state = f"missing {', '.join(extra['missing'])}" if extra["missing"] else "installed"
         lines.append(f"extra {name} ({extra['for']}): {state}")
     lines += [
-        f"weights of {one['network']} ({one['for']}): {one['state']}: {one['file']}, SHA-256 {one['sha256_start']}…, "
-        f"from {one['url']}"
-        for one in facts["weights"]
+        f"weights of {row['network']} ({row['for']}): {row['state']}: {row['file']}, SHA-256 {row['sha256_start']}…, "
+        f"from {row['url']}"
+        for row in facts["weights"]
     ]
     lines += [f"! {problem}" for problem in facts["problems"]] or ["no problems found"]
     return "\n".join(lines)

@@ -115,7 +115,7 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
         if options.pop("list", False) and verb.listing is not None:
             verb.listing[1](show)
             return 0
-        kinds = {one.name: one.kind for one in parameters(function)}
+        kinds = {parameter.name: parameter.kind for parameter in parameters(function)}
         options = {name: converted(spelt(name), value, kinds.get(name)) for name, value in options.items()}
         further_folders({name: options.pop(name, ()) for name in verb.folders})
         if out := options.get("out") or options.get("table"):
@@ -170,8 +170,8 @@ def flags_of(verb: Verb) -> dict[str, str]:
     from tactogram.parameters import parameters
 
     flags = {
-        one.name: one.name if _by_place(one, verb.named) else spelt(one.name)
-        for one in parameters(verb.load())
+        parameter.name: parameter.name if _by_place(parameter, verb.named) else spelt(parameter.name)
+        for parameter in parameters(verb.load())
     }
     return flags | dict(verb.advice)
 
@@ -196,25 +196,25 @@ def options_of(
         facts: dict[str, Any] = {"help": text, "negative": negative, "show_default": bool(default)}
         if not positional:
             facts["name"] = _spellings(name)
-        place = Argument.POSITIONAL_ONLY if positional else Argument.KEYWORD_ONLY
-        return Argument(name, place, default=default, annotation=Annotated[kind, CommandParameter(**facts)])
+        usage = Argument.POSITIONAL_ONLY if positional else Argument.KEYWORD_ONLY
+        return Argument(name, usage, default=default, annotation=Annotated[kind, CommandParameter(**facts)])
 
-    made = [
+    arguments = [
         argument(
-            one.name,
-            str if one.kind is Any else _form(one.kind),
-            one.default,
-            one.text,
-            positional=_by_place(one, named),
+            parameter.name,
+            str if parameter.kind is Any else _form(parameter.kind),
+            parameter.default,
+            parameter.text,
+            positional=_by_place(parameter, named),
         )
-        for one in (parameters(function) if function is not None else ())
+        for parameter in (parameters(function) if function is not None else ())
     ]
-    made += [argument(name, list[str], (), FOLDERS[name]) for name in folders]
+    arguments += [argument(name, list[str], (), FOLDERS[name]) for name in folders]
     if listing:
-        made.append(argument("list", bool, False, listing))
-    made.append(argument("json", bool, False, "print one JSON object"))
-    made.append(argument("quiet", bool, False, "show no progress"))
-    return Signature(made)
+        arguments.append(argument("list", bool, False, listing))
+    arguments.append(argument("json", bool, False, "print one JSON object"))
+    arguments.append(argument("quiet", bool, False, "show no progress"))
+    return Signature(arguments)
 
 
 def _by_place(parameter: Parameter, named: Sequence[str]) -> bool:
@@ -233,10 +233,10 @@ def _form(kind: Any) -> Any:
     if origin is Annotated:
         return _form(inner[0])
     if origin in (Union, UnionType):
-        several = [one for one in inner if get_origin(one) is Sequence]
+        several = [member for member in inner if get_origin(member) is Sequence]
         # A path would lose the slashes of a URL.
         texts = str in inner
-        return Union[tuple(_form(one) for one in several or inner if one is not Path or not texts)]  # noqa: UP007
+        return Union[tuple(_form(member) for member in several or inner if member is not Path or not texts)]  # noqa: UP007
     if origin is Sequence:
         return list[_form(inner[0])]  # type: ignore[misc]
     return list[str] if _is_mapping(kind) else str if _is_list(kind) else kind
@@ -246,11 +246,11 @@ def converted(flag: str, value: Any, kind: Any) -> Any:
     """Return ``KEY=VALUE`` texts as a mapping, and a list separated by commas as a tuple; errors name the ``flag``."""
     if value is None:
         return None
-    for one in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
-        if _is_mapping(one):
-            return mapping_of(value, get_args(one)[1], flag, "KEY=VALUE")
-        if _is_list(one):
-            return tuple_of(value, get_args(one)[0], flag)
+    for member in get_args(kind) if get_origin(kind) in (Union, UnionType) else (kind,):
+        if _is_mapping(member):
+            return mapping_of(value, get_args(member)[1], flag, "KEY=VALUE")
+        if _is_list(member):
+            return tuple_of(value, get_args(member)[0], flag)
     return value
 
 

@@ -59,8 +59,8 @@ def read_cells(path: Path, *, encoding: str = "") -> Cells:
             if encoding:
                 text = read_text(path, encoding=encoding)
             else:
-                text, found = detected_text(read_bytes(path), path)
-                notes += [] if found.startswith("utf") else [f"text read as {found}, not UTF-8"]
+                text, detected = detected_text(read_bytes(path), path)
+                notes += [] if detected.startswith("utf") else [f"text read as {detected}, not UTF-8"]
             divider = "\t" if suffix == ".tsv" else max(",;\t", key=partial(_columns, text[:_SNIFFED]))
             rows = [(n, [*row]) for n, row in csv_rows(text, path, delimiter=divider)]
     cells = [(number, [cell_text(cell) for cell in row]) for number, row in rows]
@@ -107,11 +107,11 @@ def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
 
 
 def _records(path: Path) -> list[tuple[int, list[Any]]]:
-    found = parse_json(detected_text(read_bytes(path), path)[0], path)
-    if not isinstance(found, list) or not all(isinstance(row, dict) for row in found):
+    records = parse_json(detected_text(read_bytes(path), path)[0], path)
+    if not isinstance(records, list) or not all(isinstance(row, dict) for row in records):
         raise DataError(path, "must hold a list of objects, one per row")
-    names = list(dict.fromkeys(name for row in found for name in row))
-    return [(0, names), *((n, [row.get(name) for name in names]) for n, row in enumerate(found, 1))]
+    names = list(dict.fromkeys(name for row in records for name in row))
+    return [(0, names), *((n, [row.get(name) for name in names]) for n, row in enumerate(records, 1))]
 
 
 def finite_number(where: object, name: str, text: str | None) -> float:

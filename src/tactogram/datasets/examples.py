@@ -80,16 +80,16 @@ class Examples(Sequence[Example]):
         return len(self.segments)
 
     @overload
-    def __getitem__(self, place: int) -> Example: ...
+    def __getitem__(self, index: int) -> Example: ...
     @overload
-    def __getitem__(self, place: slice) -> Sequence[Example]: ...
-    def __getitem__(self, place: int | slice) -> Example | Sequence[Example]:
-        if isinstance(place, slice):
-            return [self[i] for i in range(*place.indices(len(self)))]
-        info = self.infos[place]
+    def __getitem__(self, index: slice) -> Sequence[Example]: ...
+    def __getitem__(self, index: int | slice) -> Example | Sequence[Example]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        info = self.infos[index]
         return Example(
             info.id,
-            self._prepared(self.segments[place]),
+            self._prepared(self.segments[index]),
             label_of(info, self.label),
             _Condition(self.store, info, self._own(info)),
             self.photographs_of(info.material),

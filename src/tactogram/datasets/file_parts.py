@@ -113,8 +113,8 @@ def has_labels(path: Path, layouts: Sequence[TableLayout]) -> bool:
 
 
 def _contents(path: Path, info: Mapping[str, Any], *, labelled: bool) -> tuple[FileContent, ...]:
-    given = {name: info.get(name) for name in ("axes", "time", "rate")}
-    return read_contents(path, layouts=info.get("layouts", ()), labelled=labelled, **given)
+    options = {name: info.get(name) for name in ("axes", "time", "rate")}
+    return read_contents(path, layouts=info.get("layouts", ()), labelled=labelled, **options)
 
 
 def _without_holes(sources: Sequence[_Source]) -> list[Interval]:
@@ -185,8 +185,8 @@ def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
     files: dict[str, SignalFile] = {}
     notes: list[str] = []
     begins: dict[str, float] = {}
-    for place, source in enumerate(sources):
-        main = place == 0
+    for number, source in enumerate(sources):
+        main = number == 0
         axes = info.get("axes") if main else None
         unit = _unit_for(source, info.get("unit"))
         file = complete(source.content, source.path, unit=unit, axes=axes, rate=info.get("rate"))

@@ -73,10 +73,10 @@ def import_dataset(
         Naming the unreadable file, if ``out`` holds something else, or asking what the paths name.
     """
     path, out, options = Path(path), Path(out), options or {}
-    found = find_set(set_name, path, options)
-    if found.paths.question:
-        raise DataError(found.paths.question)
-    source, items = found.source, found.items
+    data_set = find_set(set_name, path, options)
+    if data_set.paths.question:
+        raise DataError(data_set.paths.question)
+    source, items = data_set.source, data_set.items
     ratings: Ratings | None = _optional(source, "ratings", path, {})
     target: StoreComparison | StoreWriter
     if out.exists():
@@ -95,7 +95,7 @@ def import_dataset(
         begun = target.store_so_far if isinstance(target, StoreWriter) else None
         rates = CommonRates() if begun is None else CommonRates.of(begun)
         sink = ImportSink(target, skip_bad=skip_bad, rates=rates)
-        sink.add_all(found, workers=workers, progress=progress)
+        sink.add_all(data_set, workers=workers, progress=progress)
         if ratings is not None and (rated := target.items & set(ratings.items)):
             target.ratings = ratings.select(items=sorted(rated))
         if isinstance(target, StoreWriter):
@@ -118,7 +118,7 @@ def import_dataset(
         "several_rates_hz": sink.rates.several,
         "skipped": target.skipped,
         "problems": by_kind((each["source"], each["reason"]) for each in target.skipped),
-        "notes": found.notes + by_kind(sink.notes),
+        "notes": data_set.notes + by_kind(sink.notes),
         "stale_parts": [str(part) for part in stale],
     } | ({"unverified": source.UNVERIFIED} if hasattr(source, "UNVERIFIED") else {})
 
@@ -170,8 +170,8 @@ def _job(set_name: str, path: Path, options: Mapping[str, Any], items: Sequence[
         repr((version("tactogram"), set_name, str(path.resolve()), sorted(options.items()))).encode()
     )
     for item in items:
-        found = [file.stat() for file in item.paths if file.is_file()]
-        digest.update(repr((item.name, [(f.st_size, f.st_mtime_ns) for f in found])).encode(errors="replace"))
+        stats = [file.stat() for file in item.paths if file.is_file()]
+        digest.update(repr((item.name, [(f.st_size, f.st_mtime_ns) for f in stats])).encode(errors="replace"))
     return digest.hexdigest()
 
 

@@ -37,10 +37,10 @@ class TableMapping(BaseModel):
 
 def layouts_by_columns(layouts: Sequence[TableLayout]) -> dict[tuple[str, ...], list[TableLayout]]:
     """Return the layouts of the same tables together: one for each stream in them."""
-    found: dict[tuple[str, ...], list[TableLayout]] = {}
+    grouped: dict[tuple[str, ...], list[TableLayout]] = {}
     for layout in layouts:
-        found.setdefault(layout.columns, []).append(layout)
-    return found
+        grouped.setdefault(layout.columns, []).append(layout)
+    return grouped
 
 
 def read_mapping(path: Path) -> TableMapping:

@@ -64,16 +64,16 @@ class PathPattern:
         self._regex = re.compile(before + "/".join(parts), re.IGNORECASE)
 
     def _level(self, level: str) -> str:
-        found, end = "", 0
+        pattern, end = "", 0
         whole = _FIELD.fullmatch(level) is not None
         for field in _FIELD.finditer(level):
-            found += _literal(level[end : field.start()])
+            pattern += _literal(level[end : field.start()])
             touching = 0 < end == field.start()  # a take beside a name begins with its first digit
             end = field.end()
             name = field[1] or "_"
             value = r"\d[^/\s_.-]*?" if touching else self._value(name, level[end:], whole=whole)
-            found += "[^/]*" if name == "_" else f"(?P<{name}>{value})"
-        return found + _literal(level[end:])
+            pattern += "[^/]*" if name == "_" else f"(?P<{name}>{value})"
+        return pattern + _literal(level[end:])
 
     def _value(self, name: str, after: str, *, whole: bool) -> str:
         """Return the expression of a field's values; of several in a name, only a material may have separators."""
@@ -93,16 +93,16 @@ class PathPattern:
         match = self._regex.fullmatch(stem)
         if match is None:
             return None
-        found: dict[str, Any] = {"labels": {}}
+        metadata: dict[str, Any] = {"labels": {}}
         for name, text in match.groupdict().items():
             if name in TEXTS:
-                found[name] = text.strip()
+                metadata[name] = text.strip()
             elif name in MEASURED and not text.isalpha():
                 field, units = MEASURED[name]
-                found[field] = measured(text, units, self._units.get(name, 1.0))
+                metadata[field] = measured(text, units, self._units.get(name, 1.0))
             else:
-                found["labels"]["trial" if name in TRIALS else name] = text.strip()
-        return found
+                metadata["labels"]["trial" if name in TRIALS else name] = text.strip()
+        return metadata
 
 
 def measured(text: str, units: dict[str, float], unit: float = 1.0) -> float:
@@ -186,11 +186,11 @@ class _Words:
         """Return a field in braces, between the letters that all names have around their numbers."""
         if field not in ("take", "speed", "force", "session"):
             return f"{{{field}}}{self.after}"
-        found = {
+        affixes = {
             match and (match[1], "" if match[3] and field in ("speed", "force") else match[3])
             for match in (re.fullmatch(rf"([^\d(]*)({NUMBER})([^\d)]*)", name) for name in self.names)
         }
-        before, behind = (found.pop() if len(found) == 1 else None) or ("", "")
+        before, behind = (affixes.pop() if len(affixes) == 1 else None) or ("", "")
         return f"{before}{{{field}}}{behind}".replace(" ", "_") + self.after
 
 
@@ -208,14 +208,14 @@ def read_paths(takes: Sequence[str], materials: Sequence[str]) -> PathReading:
     # Names of files that are one word are of takes; folders, and words beside a take, may be materials.
     deeper = [word for words in levels[1:] for word in words if len(words) > 1 or words is not levels[-1]]
     doubt = _doubt(asked, deeper, [word for words in levels[1:] for word in words])
-    if not doubt and (place := _crossed(rows, levels)):
-        below, *others = levels[place]
+    if not doubt and (level := _crossed(rows, levels)):
+        below, *others = levels[level]
         ways = [
             "/".join(
                 [
                     f"{{{first}}}",
-                    *(_pattern([words], used=(first, then))[0] for words in levels[1:place]),
-                    _pattern([[replace(below, stated=then), *others], *levels[place + 1 :]], used=(first,))[
+                    *(_pattern([words], used=(first, then))[0] for words in levels[1:level]),
+                    _pattern([[replace(below, stated=then), *others], *levels[level + 1 :]], used=(first,))[
                         0
                     ],
                 ]
@@ -273,15 +273,15 @@ def _doubt(materials: Sequence[str], folders: Sequence[_Words], deeper: Sequence
 
 def _crossed(rows: Sequence[Sequence[str]], levels: Sequence[Sequence[_Words]]) -> int | None:
     """Return the level whose words are the same below each first folder, so that both may be materials; else None."""
-    for place, words in enumerate(levels[1:], 1):
+    for level, words in enumerate(levels[1:], 1):
         if words[0].field != "material" or (words is levels[-1] and len(words) == 1):
             continue
         below: dict[str, set[str]] = {}
         for row in rows:
-            name = row[place] if len(words) == 1 else re.sub(r"[_ -]*\d+$", "", row[place])
+            name = row[level] if len(words) == 1 else re.sub(r"[_ -]*\d+$", "", row[level])
             below.setdefault(row[0], set()).add(name)
         if len(below) > 1 and len({frozenset(names) for names in below.values()}) == 1:
-            return place
+            return level
     return None
 
 
@@ -298,8 +298,8 @@ def _split(column: Sequence[str]) -> list[_Words]:
         if pattern is None:
             split = [re.split(r"([_ -]+)", name) for name in column]
         else:
-            found = [re.fullmatch(pattern, name) for name in column]
-            split = [list(match.groups()) if match else [] for match in found]
+            matches = [re.fullmatch(pattern, name) for name in column]
+            split = [list(match.groups()) if match else [] for match in matches]
         if len(split[0]) < 2 or len({(len(words), *words[1::2]) for words in split}) > 1:
             continue
         columns = [tuple(dict.fromkeys(words)) for words in zip(*split, strict=True)]
@@ -317,18 +317,18 @@ def _pattern(levels: Sequence[Sequence[_Words]], *, used: Sequence[str] = ()) ->
     """
     flat = [word for words in levels for word in words]
     fields: dict[int, str] = {}
-    for place, word in enumerate(flat):
+    for position, word in enumerate(flat):
         field = word.field
-        if field == "take" and any(later.field == "take" for later in flat[place + 1 :]):
+        if field == "take" and any(later.field == "take" for later in flat[position + 1 :]):
             field = "session"
         if field and field not in (*fields.values(), *used):
-            fields[place] = field
-    texts, place = [], 0
+            fields[position] = field
+    texts, position = [], 0
     for words in levels:
         text = ""
         for word in words:
-            text += word.spelled(fields[place]) if place in fields else "{}" + word.after
-            place += 1
+            text += word.spelled(fields[position]) if position in fields else "{}" + word.after
+            position += 1
         texts.append("{}" if set(text) <= set("{} _-") else text)
     while len(texts) > 1 and texts[0] == "{}":
         texts.pop(0)

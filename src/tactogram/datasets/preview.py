@@ -53,11 +53,11 @@ def preview_dataset(
 
     Raises `ParameterError` or `DataError` as `import_dataset`, except for unreadable files.
     """
-    found = find_set(set_name, Path(path), options or {})
+    data_set = find_set(set_name, Path(path), options or {})
     target = _PreviewTarget()
     sink = ImportSink(target, skip_bad=True)
-    sink.add_all(found, workers=workers, progress=progress)
-    items = {item.name: item for item in found.items}
+    sink.add_all(data_set, workers=workers, progress=progress)
+    items = {item.name: item for item in data_set.items}
     for skipped in target.skipped:
         if item := items.get(skipped["source"]):
             target.add_unreadable(item.name, item.paths[0], item.info.get("layouts", ()))
@@ -66,18 +66,18 @@ def preview_dataset(
     return {
         "set": set_name,
         "path": str(path),
-        "files": sum(len(item.paths) for item in found.items) + len(found.left_out),
+        "files": sum(len(item.paths) for item in data_set.items) + len(data_set.left_out),
         "photographs": len(target.photographs),
         "duplicates": target.duplicates,
         "several_rates_hz": sink.rates.several,
         "layouts": [group.facts() for group in groups],
         "skipped": target.skipped,
         "problems": by_kind((each["source"], each["reason"]) for each in target.skipped),
-        "notes": found.notes + by_kind(sink.notes),
-        "question": found.paths.question,
-        "proposed_path": found.paths.proposed,
+        "notes": data_set.notes + by_kind(sink.notes),
+        "question": data_set.paths.question,
+        "proposed_path": data_set.paths.proposed,
         "skipped_files": len(whole),
-        "needs_skip_bad": found.lacks_much or sink.needed_skip,
+        "needs_skip_bad": data_set.lacks_much or sink.needed_skip,
     }
 
 
@@ -88,8 +88,8 @@ def preview_file(
 
     Raises `ParameterError` or `DataError` as `import_dataset`; if the item is gone, or cannot be read.
     """
-    found = find_set(set_name, Path(path), options or {})
-    items = [item for item in found.items if name.startswith(item.name)]
+    data_set = find_set(set_name, Path(path), options or {})
+    items = [item for item in data_set.items if name.startswith(item.name)]
     if not items:
         raise DataError(name, "no longer there")
     item = max(items, key=lambda item: len(item.name))
@@ -107,7 +107,7 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
 
     Of tables to which some of ``layouts`` apply, it is these.
     """
-    given = layouts_by_columns(layouts)
+    known = layouts_by_columns(layouts)
     proposed: dict[tuple[str, ...], list[TableLayout]] = {}
     for uses, stream in _tables(preview):
         axes = {
@@ -118,8 +118,8 @@ def proposed_layouts(preview: Mapping[str, Any], layouts: Sequence[TableLayout] 
         headings = tuple(use.heading for use in uses)
         if not uses or headings in proposed:
             continue
-        if headings in given:
-            proposed[headings] = given[headings]
+        if headings in known:
+            proposed[headings] = known[headings]
             continue
         values = {
             "columns": headings,

@@ -139,5 +139,5 @@ def _without(message: str, name: str) -> str:
     """Return a message without its file, if ``name`` is that file, its end or a part of it."""
     if not isinstance(message, Message):
         return message
-    file, place = name.partition("#")[0], message.place.partition(": ")[0]
-    return message.within(place) if file and place.partition("#")[0].endswith(file) else message
+    file, location = name.partition("#")[0], message.place.partition(": ")[0]
+    return message.within(location) if file and location.partition("#")[0].endswith(file) else message

@@ -55,19 +55,19 @@ def takes(names: Iterable[str]) -> list[Take]:
     groups: dict[str, list[str]] = {}
     for name, (key, _) in stated.items():
         groups.setdefault(key, []).append(name)
-    found: list[Take] = []
+    recordings: list[Take] = []
     for key, members in groups.items():
         sounds = {name for name in members if name.lower().endswith(SOUND)}
         beside = "sound" if len(sounds) < len(members) else None
         streams = [stated[name][1] or (beside if name in sounds else None) for name in members]
         if len(set(streams)) < len(members) or len(members) == 1:
             # A word in the name of a single file may be of the experiment.
-            found += [Take(_plain(name), ((name, quantity_of(_stem(name))),)) for name in members]
+            recordings += [Take(_plain(name), ((name, quantity_of(_stem(name))),)) for name in members]
         else:
             ranked = sorted(zip(members, streams, strict=True), key=lambda file: _rank(file[1]))
-            found.append(Take(key, tuple(ranked)))
+            recordings.append(Take(key, tuple(ranked)))
     order = {name: i for i, name in enumerate(stated)}
-    return sorted(found, key=lambda take: min(order[name] for name, _ in take.files))
+    return sorted(recordings, key=lambda take: min(order[name] for name, _ in take.files))
 
 
 def quantity_of(text: str) -> str | None:
@@ -100,9 +100,9 @@ def _stated(path: PurePosixPath) -> tuple[str, str | None]:
                 return (path.parent / rest).as_posix(), stream
     if (numbered := re.fullmatch(r"([A-Za-z]+)(\d+)", path.stem)) and (stream := quantity_of(numbered[1])):
         return (path.parent / numbered[2]).as_posix(), stream
-    for place, folder in enumerate(path.parts[:-1]):
+    for depth, folder in enumerate(path.parts[:-1]):
         if stream := quantity_of(folder):
-            others = (*path.parts[:place], *path.parts[place + 1 : -1], path.stem)
+            others = (*path.parts[:depth], *path.parts[depth + 1 : -1], path.stem)
             return PurePosixPath(*others).as_posix(), stream
     return _plain(path.as_posix()), None
 

@@ -67,8 +67,8 @@ def choose(
     allowed[: rule.after] = False
     if not allowed.any():
         return None
-    place = int(np.argmin(np.where(allowed, losses, np.inf)))
-    return SelectedIteration(place + 1, float(losses[place]), float(averaged[place]))
+    index = int(np.argmin(np.where(allowed, losses, np.inf)))
+    return SelectedIteration(index + 1, float(losses[index]), float(averaged[index]))
 
 
 def smoothed(values: NDArray[np.floating], window: int) -> NDArray[np.float64]:

@@ -50,17 +50,17 @@ def spectra_figure(signals: Mapping[str, Sequence[Signal]], *, title: str = "") 
     figure = Figure(figsize=(9, 2.6), layout="constrained")
     grid = figure.subplots(1, len(first.axes), squeeze=False, sharey=True)[0]
     for colour, (group, members) in zip(AXIS_COLOURS, signals.items(), strict=False):
-        for place, name in zip(grid, first.axes, strict=True):
+        for axes, name in zip(grid, first.axes, strict=True):
             spectra = []
             for signal in members:
                 f, power = welch(signal.axis(name), signal.rate, nperseg=segment)
                 spectra.append(10 * np.log10(power + 1e-20))
             stack = np.stack(spectra)
-            place.plot(f, stack.mean(0), lw=1.2, color=colour, label=group)
+            axes.plot(f, stack.mean(0), lw=1.2, color=colour, label=group)
             if len(stack) > 1:
-                place.fill_between(f, stack.min(0), stack.max(0), color=colour, alpha=0.2, lw=0)
-            place.set(xlabel="frequency, Hz", title=name)
-            place.margins(x=0)
+                axes.fill_between(f, stack.min(0), stack.max(0), color=colour, alpha=0.2, lw=0)
+            axes.set(xlabel="frequency, Hz", title=name)
+            axes.margins(x=0)
     grid[0].set_ylabel(f"dB re 1 ({unit_text(first.unit)})²/Hz")
     grid[-1].legend(frameon=False, fontsize=8)
     if title:

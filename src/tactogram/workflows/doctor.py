@@ -76,14 +76,14 @@ def doctor() -> dict[str, Any]:
         "extras": extras,
         "weights": [
             {
-                "network": one.network,
-                "for": one.used_for,
-                "state": one.state(),
-                "file": str(one.cached),
-                "sha256_start": one.sha256_start,
-                "url": one.url,
+                "network": weights.network,
+                "for": weights.used_for,
+                "state": weights.state(),
+                "file": str(weights.cached),
+                "sha256_start": weights.sha256_start,
+                "url": weights.url,
             }
-            for one in PRETRAINED
+            for weights in PRETRAINED
         ],
         "problems": _problems(core),
     }
@@ -97,19 +97,19 @@ def _only_for(need: Requirement, extra: str) -> bool:
 
 
 def _problems(core: dict[str, str | None]) -> list[str]:
-    found = [f"{name} is missing: install tactogram again" for name, got in core.items() if got is None]
+    problems = [f"{name} is missing: install tactogram again" for name, got in core.items() if got is None]
     if os.environ.get("OMP_WAIT_POLICY", "").upper() != "PASSIVE":
-        found.append(
+        problems.append(
             "OMP_WAIT_POLICY is not PASSIVE: training slows down several times when a core is busy; "
             "the tactogram command sets it, a script of your own must set it before importing torch"
         )
     if find_spec("torchvision") is not None:
-        found.extend(_vision_problem())
+        problems.extend(_vision_problem())
     if find_spec("torchaudio") is not None:
-        found.append(
+        problems.append(
             "torchaudio is installed: tactogram does not use it, and a mismatched one breaks imports"
         )
-    return found
+    return problems
 
 
 def _vision_problem() -> list[str]:

@@ -62,8 +62,8 @@ class Generation:
             "motion": motion,
             "vibration_speed_mm_s": given_speed_mm_s,
         }
-        (made,) = generate(self.run, condition, seconds=seconds, seed=seed)
-        return made
+        (result,) = generate(self.run, condition, seconds=seconds, seed=seed)
+        return result
 
 
 @dataclass(frozen=True)
@@ -118,29 +118,29 @@ def pipeline(task: str, run: Path | str | LoadedRun | None = None) -> Generation
         raise ParameterError.must(
             "task", f"be {some_of(tuple(_TASKS), like=str(task))}", task, choices=_TASKS
         )
-    wanted = _TASKS[task]
-    chosen = wanted.shipped if run is None else run
+    entry = _TASKS[task]
+    chosen = entry.shipped if run is None else run
     if chosen is None:
-        how = f" (tactogram train --for {wanted.purpose} --data STORE)" if wanted.purpose else ""
+        how = f" (tactogram train --for {entry.purpose} --data STORE)" if entry.purpose else ""
         other = "; tactogram.convert draws a photograph as a relief" if task == "photo-to-touch" else ""
         raise ParameterError(
             f"no run for {task} comes with the package: train one on your recordings{how}, "
             f"and give it: pipeline({task!r}, 'runs/NAME'){other}"
         )
     loaded = chosen if isinstance(chosen, LoadedRun) else load_run(chosen)
-    if loaded.facts.gives != wanted.gives:
+    if loaded.facts.gives != entry.gives:
         raise ParameterError(
-            f"{task} needs a run that gives {wanted.gives}, got {loaded.facts.name}, which gives {loaded.facts.gives}"
+            f"{task} needs a run that gives {entry.gives}, got {loaded.facts.name}, which gives {loaded.facts.gives}"
         )
-    return Recognition(task, loaded) if wanted.gives == "probabilities" else Generation(task, loaded)
+    return Recognition(task, loaded) if entry.gives == "probabilities" else Generation(task, loaded)
 
 
-def _signal(given: Signal | Path | str) -> Signal:
-    return given if isinstance(given, Signal) else read_signal(given)
+def _signal(source: Signal | Path | str) -> Signal:
+    return source if isinstance(source, Signal) else read_signal(source)
 
 
 _READERS: Mapping[str, Callable[[LoadedRun, Any], Any]] = {
-    "vibration": lambda run, given: run.prepare_vibration(_signal(given)),
-    "image": lambda _, given: given if isinstance(given, Image) else read_image(given),
+    "vibration": lambda run, source: run.prepare_vibration(_signal(source)),
+    "image": lambda _, source: source if isinstance(source, Image) else read_image(source),
 }
 """How an input is read that may be the path of a file."""

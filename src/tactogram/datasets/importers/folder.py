@@ -103,7 +103,7 @@ def find(
         raise DataError(
             f"{folder / TABLE}: row {rows[missing[0]]['row']}", f"there is no signal file {missing[0]}"
         )
-    found = []
+    import_items = []
     item_folders = _item_folders(folder, items)
     for take in found_takes:
         name = take.files[0][0]
@@ -141,8 +141,8 @@ def find(
         shared = pictures[0] if len(pictures) == 1 else None
         image = folder / info["image"] if info.get("image") else recording_pictures.get(take.name, shared)
         paths = tuple(signals[file] for file, _ in take.files)
-        found.append(ImportItem(name, paths, info, image, info.pop("image_width_mm", None)))
-    return found
+        import_items.append(ImportItem(name, paths, info, image, info.pop("image_width_mm", None)))
+    return import_items
 
 
 def paths(
@@ -175,7 +175,7 @@ def paths(
         return PathReading(notes=notes)
     places = [_place(take) for take in unnamed]
     reading = read_paths(
-        [take.name for take in unnamed], [place.split("/")[0] for place in places if "/" in place]
+        [take.name for take in unnamed], [take_path.split("/")[0] for take_path in places if "/" in take_path]
     )
     layouts = () if mapping is None else mapping.layout
     if reading.question and has_labels(signals[unnamed[0].files[0][0]], layouts):
@@ -196,7 +196,7 @@ def photographs(
     for name in signals:
         top = name.split("/")[0]
         recorded.setdefault(top, set()).add(rows.get(name, {}).get("material") or top)
-    found = []
+    imported = []
     item_folders = _item_folders(folder, items)
     for top, pictures in material_pictures.items():
         materials = recorded.get(top, {top})
@@ -209,11 +209,11 @@ def photographs(
             chosen = [(picture, material) for picture in pictures if picture not in named]
         else:
             continue
-        found += [
+        imported += [
             ImportedPhotograph(picture.relative_to(folder).as_posix(), picture, shown)
             for picture, shown in chosen
         ]
-    return found
+    return imported
 
 
 def read(item: ImportItem) -> list[Recording | LeftOut]:
@@ -319,8 +319,8 @@ def _axes_apart(signals: Iterable[str]) -> list[str]:
     """Return the first files that are named alike but for x, y and z at their ends."""
     stems: dict[str, list[str]] = {}
     for name in signals:
-        if found := re.fullmatch(r"(?:(.*)[\W_])?[xyzXYZ]", str(PurePosixPath(name).with_suffix(""))):
-            stems.setdefault(found[1] or "", []).append(name)
+        if match := re.fullmatch(r"(?:(.*)[\W_])?[xyzXYZ]", str(PurePosixPath(name).with_suffix(""))):
+            stems.setdefault(match[1] or "", []).append(name)
     return next((names for names in stems.values() if len(names) > 1), [])
 
 

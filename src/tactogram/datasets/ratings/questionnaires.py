@@ -90,7 +90,7 @@ def _divide_responses(export: Export, low: float) -> None:
     """Keep the trials of jsPsych that ask for ratings, with a column for each name in their responses."""
     kind = export.headings.index("trial_type")
     types = dict.fromkeys(row[kind] for _, row in export.rows)
-    rated = next((found for form in _RATED if (found := [*filter(form.search, types)])), [])
+    rated = next((matching for form in _RATED if (matching := [*filter(form.search, types)])), [])
     response = next((n for n, name in enumerate(export.headings) if name in ("response", "responses")), None)
     if response is None or not rated:
         raise DataError(
@@ -98,10 +98,10 @@ def _divide_responses(export: Export, low: float) -> None:
         )
     others = ", ".join(name for name in types if name not in rated)
     export.leave_out(f"of other plugins ({others})", [n for n, row in export.rows if row[kind] not in rated])
-    given = [dict(_answers("", row[response])) for _, row in export.rows]
-    names = [name for name in dict.fromkeys(name for answers in given for name in answers) if name]
+    responses = [dict(_answers("", row[response])) for _, row in export.rows]
+    names = [name for name in dict.fromkeys(name for answers in responses for name in answers) if name]
     raised = 0
-    for (_, row), answers in zip(export.rows, given, strict=True):
+    for (_, row), answers in zip(export.rows, responses, strict=True):
         for name, text in answers.items():
             if low and text.isdecimal() and _FROM_ZERO.search(row[kind]):
                 answers[name], raised = f"{int(text) + low:g}", raised + 1
@@ -116,15 +116,15 @@ def _divide_responses(export: Export, low: float) -> None:
     export.labels = [*export.headings]
 
 
-def _answers(name: str, found: Any) -> Iterator[tuple[str, str]]:
+def _answers(name: str, response: Any) -> Iterator[tuple[str, str]]:
     """Yield the answers in a response by name; a single one has none."""
-    if isinstance(found, str) and found.startswith("{"):
+    if isinstance(response, str) and response.startswith("{"):
         with suppress(ValueError):
-            found = json.loads(found)
-    if not isinstance(found, dict):
-        yield name, cell_text(found)
+            response = json.loads(response)
+    if not isinstance(response, dict):
+        yield name, cell_text(response)
         return
-    for inner, answer in found.items():
+    for inner, answer in response.items():
         yield from _answers(f"{name}.{inner}" if name else inner, answer)
 
 

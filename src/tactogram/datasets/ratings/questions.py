@@ -57,10 +57,10 @@ class Questions:
             self._take(name, name)
         for form in _RATERS:
             self._take("rater", form)
-        given = {n: word for word, n in self.place.items() if word in columns.vocabulary}
+        word_columns = {n: word for word, n in self.place.items() if word in columns.vocabulary}
         free = [n for n in export.asked if n in self._free()]
         asked = {n: self._meaning(n) for n in free} | {
-            n: (word, self._meaning(n)[1]) for n, word in given.items()
+            n: (word, self._meaning(n)[1]) for n, word in word_columns.items()
         }
         if export.by_trial and not any(word for word, _ in asked.values()):
             self._choose("word", lambda cells: all(map(columns.word, cells)))
@@ -119,10 +119,10 @@ class Questions:
     def _choose(self, name: str, fits: Callable[[list[str]], bool], others: Collection[int] = ()) -> bool:
         """Give a role to the column whose cells fit, unless several differ; return whether one does."""
         cells = {n: self._cells(n) for n in self._free() if n not in others}
-        found = {n: own for n, own in cells.items() if own and fits(own)}
-        if name not in self.place and len({tuple(map(self._item, own)) for own in found.values()}) == 1:
-            self.place[name] = min(found)
-        return bool(found)
+        fitting = {n: own for n, own in cells.items() if own and fits(own)}
+        if name not in self.place and len({tuple(map(self._item, own)) for own in fitting.values()}) == 1:
+            self.place[name] = min(fitting)
+        return bool(fitting)
 
     def _cells(self, n: int) -> list[str]:
         """Return the cells of a column that hold something, in rows with an item and an answer."""
@@ -141,8 +141,8 @@ class Questions:
         if not items and len(parts) == 2 and len(rest) == 1 and not self.export.by_trial:
             items = {self._item(rest[0])}
         item = items.pop() if len(items) == 1 else ""
-        found = words_in(label, self.columns.vocabulary) or {*(words if item and len(words) == 1 else ())}
-        return found.pop() if len(found) == 1 else "", item
+        named = words_in(label, self.columns.vocabulary) or {*(words if item and len(words) == 1 else ())}
+        return named.pop() if len(named) == 1 else "", item
 
     def _item(self, cell: str) -> str:
         """Return the item that a cell means: its text without markup, or the stem of a file's name."""
@@ -170,8 +170,8 @@ class Questions:
         with suppress(ValueError):
             float(text)
             return text
-        found = _NUMBER.fullmatch(text)
-        return found[1] or found[2] if found else ""
+        match = _NUMBER.fullmatch(text)
+        return match[1] or match[2] if match else ""
 
     def read(self) -> tuple[Cells, RatingColumns]:
         """Return the ratings in the long form, and how to read them."""
@@ -214,10 +214,10 @@ class Questions:
             *([f"columns left out: {', '.join(unused)}"] if unused else []),
             *(["e-mail addresses replaced by codes"] if codes else []),
         ]
-        found = dict.fromkeys(row[2] for _, row in rows)
+        names = dict.fromkeys(row[2] for _, row in rows)
         words = self.columns.words or (
-            *(w for w in WORDS if w in found),
-            *(w for w in found if w not in WORDS),
+            *(w for w in WORDS if w in names),
+            *(w for w in names if w not in WORDS),
         )
         return Cells([*NAMED], rows, notes), replace(
             self.columns, named={}, ignored=(), words=words, item="{}"

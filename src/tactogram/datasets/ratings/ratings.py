@@ -207,9 +207,9 @@ class Ratings:
     @property
     def means(self) -> NDArray[np.float64]:
         """Mean over the raters with a score, float64, shape (item, word), NaN if there is none."""
-        given = ~np.isnan(self.cube)
+        rated = ~np.isnan(self.cube)
         with np.errstate(invalid="ignore"):
-            means: NDArray[np.float64] = np.where(given, self.cube, 0).sum(1) / given.sum(1)
+            means: NDArray[np.float64] = np.where(rated, self.cube, 0).sum(1) / rated.sum(1)
         return means
 
     def rated(self, item: str) -> ItemRatings:
@@ -227,9 +227,9 @@ class Ratings:
 
     def select(self, *, items: Sequence[str] | None = None, raters: Sequence[str] | None = None) -> Ratings:
         """Return the rows of some items or raters."""
-        wanted = set(self.items if items is None else items)
+        chosen = set(self.items if items is None else items)
         people = set(self.raters if raters is None else raters)
-        keep = [n for n in range(len(self)) if self.item[n] in wanted and self.rater[n] in people]
+        keep = [n for n in range(len(self)) if self.item[n] in chosen and self.rater[n] in people]
         kept: dict[str, Any] = {name: [getattr(self, name)[n] for n in keep] for name in COLUMNS}
         return replace(self, **kept)
 

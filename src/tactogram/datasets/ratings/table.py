@@ -165,8 +165,8 @@ class _Reader:
         for number, row in self.rows:
             where = f"{self.path}: row {number}"
             cells = {name: row[n].strip() for name, n in self.place.items()}
-            given = {w: cells[w] for w in self.words} if self.words else {cells["word"]: cells["score"]}
-            if not cells["item"] and all(cell.casefold() in MISSING for cell in given.values()):
+            texts = {w: cells[w] for w in self.words} if self.words else {cells["word"]: cells["score"]}
+            if not cells["item"] and all(cell.casefold() in MISSING for cell in texts.values()):
                 empty.append(number)
                 continue
             rater, item = (
@@ -177,7 +177,7 @@ class _Reader:
                 without.append(number)
                 continue
             order, session = _order(where, cells.get("order", "")), cells.get("session", "")
-            for heading, cell in given.items():
+            for heading, cell in texts.items():
                 word = heading if self.words else self._word(where, _filled(where, "word", cells))
                 text = YES_NO.get(cell.casefold(), cell) if self.scale.high == 1 else cell
                 if text.casefold() in MISSING:

@@ -65,15 +65,15 @@ def words_in(text: str, vocabulary: Iterable[str]) -> set[str]:
 def names_in(text: str, names: Iterable[str]) -> set[str]:
     """Return the names that stand apart in a text in any case; of two that overlap, the longer."""
     plain = _apart(text)
-    found = {
+    forms = {
         name: form
         for name in names
         if (form := _apart(name)) in plain or (not name.isascii() and form.strip() in plain)
     }
     return {
         name
-        for name, form in found.items()
-        if not any(form != other and form.strip() in other for other in found.values())
+        for name, form in forms.items()
+        if not any(form != other and form.strip() in other for other in forms.values())
     }
 
 

@@ -105,9 +105,9 @@ def split_photographs(
 
 def whole_photographs(store: Store, materials: Iterable[str] | None = None) -> tuple[Region, ...]:
     """Return every photograph of ``materials``, by default of all: for data that no training used."""
-    wanted = store.photographs_by_material if materials is None else set(materials)
+    chosen = store.photographs_by_material if materials is None else set(materials)
     by_material = store.photographs_by_material
-    keys = {key for name in by_material if name in wanted for key in by_material[name]}
+    keys = {key for name in by_material if name in chosen for key in by_material[name]}
     return tuple(Region(key) for key in sorted(keys))
 
 
@@ -128,8 +128,8 @@ def cut_photograph(
     """
     regions = {}
     top, left, bottom, right = 0, 0, *size
-    for place, part in enumerate(parts):
-        if place < len(parts) - 1:
+    for number, part in enumerate(parts):
+        if number < len(parts) - 1:
             first, second = _halves((top, left, bottom, right), gap)
             if random.integers(2):
                 first, second = second, first
@@ -171,8 +171,8 @@ class _MaterialPhotographs:
         for done, part in enumerate(others, 1):
             # One is reserved for each later part, and for the first, if it has none yet.
             reserved = sum(not dealt[other] for other in (first, *others[done:]))
-            wanted = max(round(shares[part] * total), 1) - len(dealt[part])
-            count = max(min(wanted, len(names) - reserved), 0)
+            missing = max(round(shares[part] * total), 1) - len(dealt[part])
+            count = max(min(missing, len(names) - reserved), 0)
             dealt[part] += names[:count]
             names = names[count:]
         dealt[first] += names
@@ -262,13 +262,13 @@ class PhotographRegions(Sequence[Image]):
         return len(self.regions)
 
     @overload
-    def __getitem__(self, place: int) -> Image: ...
+    def __getitem__(self, index: int) -> Image: ...
     @overload
-    def __getitem__(self, place: slice) -> Sequence[Image]: ...
-    def __getitem__(self, place: int | slice) -> Image | Sequence[Image]:
-        if isinstance(place, slice):
-            return PhotographRegions(self.store, self.regions[place])
-        return cut_out(self.store, self.regions[place])
+    def __getitem__(self, index: slice) -> Sequence[Image]: ...
+    def __getitem__(self, index: int | slice) -> Image | Sequence[Image]:
+        if isinstance(index, slice):
+            return PhotographRegions(self.store, self.regions[index])
+        return cut_out(self.store, self.regions[index])
 
 
 def cut_out(store: Store, region: Region) -> Image:

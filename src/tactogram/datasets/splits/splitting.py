@@ -218,15 +218,15 @@ def _whole(
     seed: int | None,
 ) -> Split:
     """Return the split of whole recordings, each part in the order of the index."""
-    place = {info.id: i for i, info in enumerate(infos)}
+    order = {info.id: i for i, info in enumerate(infos)}
     segments = {
-        part: tuple(Segment(id) for id in sorted(ids, key=place.__getitem__)) for part, ids in parts.items()
+        part: tuple(Segment(id) for id in sorted(ids, key=order.__getitem__)) for part, ids in parts.items()
     }
     groups = {} if by in ("recording", "order") else {info.id: _group(info, by) for info in infos}  # type: ignore[arg-type]
     return Split(segments["train"], segments["validation"], segments["test"], by, seed, 0.0, groups)
 
 
-def _too_few(place: str, by: str, needed: int, got: int) -> ParameterError:
+def _too_few(where: str, by: str, needed: int, got: int) -> ParameterError:
     blocks = Remedy("test on a part of each instead,", "split", "blocks")
     problem = f"needs at least {needed} {by}s{' of a class' * (by == 'recording')}, got {got}"
-    return ParameterError(place, problem, remedy=blocks if by == "recording" else "split by recording")
+    return ParameterError(where, problem, remedy=blocks if by == "recording" else "split by recording")

@@ -113,12 +113,12 @@ class Shard:
 
         `MissingFileError` if the file is gone, `DataError` if it is truncated.
         """
-        place, path = int(self.places[column][row]) + 4 * start, self.path
+        offset, path = int(self.places[column][row]) + 4 * start, self.path
         try:
             if isinstance(path, RemotePath):
-                samples = np.frombuffer(self._blocks.read(path, place, 4 * (stop - start)), "<f4")
+                samples = np.frombuffer(self._blocks.read(path, offset, 4 * (stop - start)), "<f4")
             else:
-                samples = np.fromfile(path, "<f4", count=stop - start, offset=place)
+                samples = np.fromfile(path, "<f4", count=stop - start, offset=offset)
         except FileNotFoundError as error:
             raise MissingFileError(self.path, f"not readable: {error}; import the data again") from error
         if len(samples) != stop - start:
@@ -144,13 +144,13 @@ class Shard:
                     continue
                 having = {axes for axes in set(self.axes[stream]) if axis in axes}
                 held = np.array([axes in having for axes in self.axes[stream]]) * self.lengths[stream]
-                place = np.zeros(len(held), np.int64)
+                first_bytes = np.zeros(len(held), np.int64)
                 for group, (begin, end) in enumerate(zip([0, *ends], ends, strict=False)):
                     chunk = metadata.row_group(group).column(number)
                     after = np.cumsum(held[begin:end])
                     last = chunk.data_page_offset + chunk.total_compressed_size
-                    place[begin:end] = last - 4 * (after[-1] - after + held[begin:end])
-                places[column] = place
+                    first_bytes[begin:end] = last - 4 * (after[-1] - after + held[begin:end])
+                places[column] = first_bytes
         return places
 
 
@@ -182,13 +182,13 @@ class ShardIndex:
     def rank(self, id: str) -> int | None:
         """Return the index of ``id`` in the sorted list, None if missing."""
         key = id.encode(errors="replace")
-        place = bisect_left(range(len(self.ids)), key, key=lambda i: self.ids["id"][i])
-        return place if place < len(self.ids) and self.ids["id"][place] == key else None
+        rank = bisect_left(range(len(self.ids)), key, key=lambda i: self.ids["id"][i])
+        return rank if rank < len(self.ids) and self.ids["id"][rank] == key else None
 
     def find(self, id: str) -> tuple[int, int] | None:
         """Return shard and row of a recording, None if missing."""
-        place = self.rank(id)
-        return None if place is None else (int(self.ids["shard"][place]), int(self.ids["row"][place]))
+        rank = self.rank(id)
+        return None if rank is None else (int(self.ids["shard"][rank]), int(self.ids["row"][rank]))
 
 
 def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
@@ -242,7 +242,7 @@ class ShardWriter:
 
     def add(self, recording: Recording, image: str | None) -> tuple[int, int]:
         """Take a recording after `widen`, and the key of its photograph; return its shard and row."""
-        place = (len(self.shards), self._shard_rows)
+        position = (len(self.shards), self._shard_rows)
         self._rows.append((info_row(recording, image), recording.streams))
         self._shard_rows += 1
         self._bytes += sum(signal.samples.nbytes for signal in recording.streams.values())
@@ -250,7 +250,7 @@ class ShardWriter:
             self._write_group()
         if self._shard_bytes >= SHARD_BYTES or self._shard_rows >= SHARD_ROWS:
             self.close()
-        return place
+        return position
 
     def close(self) -> None:
         """Complete the current shard, if there is one."""

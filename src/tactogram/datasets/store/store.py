@@ -104,8 +104,8 @@ class Store:
         """Return a recording by its place or id, or those of a slice; see `read`."""
         if isinstance(key, str):
             return self.read(key)
-        found = self.index[key]
-        return self.read(found.id) if isinstance(found, RecordingInfo) else [self.read(i.id) for i in found]
+        infos = self.index[key]
+        return self.read(infos.id) if isinstance(infos, RecordingInfo) else [self.read(i.id) for i in infos]
 
     def __iter__(self) -> Iterator[Recording]:
         for info in self.index:
@@ -284,22 +284,22 @@ class Store:
 
     def holds(self, recording: Recording, photograph: Photograph | None = None) -> bool:
         """Return whether it holds this recording with the same metadata; ``photograph`` replaces a missing image."""
-        place = self._places.rank(recording.id)
+        rank = self._places.rank(recording.id)
         if recording.image is not None:
             key: str | None = image_key(recording.image)
         else:
             key = None if photograph is None else photograph.key
-        return place is not None and bool(self._ids["facts"][place] == facts_hash(recording, key))
+        return rank is not None and bool(self._ids["facts"][rank] == facts_hash(recording, key))
 
     def _locate(self, id: str) -> tuple[Shard, int]:
         number, row = self._found(id)
         return self._shard(number), row
 
     def _found(self, id: str) -> tuple[int, int]:
-        found = self._places.find(id)
-        if found is None:
+        position = self._places.find(id)
+        if position is None:
             raise ParameterError.must("recording", f"be one of the {len(self)} in {self.path}", id)
-        return found
+        return position
 
     def _stream(self, id: str, stream: str) -> tuple[Shard, int]:
         shard, row = self._locate(id)
@@ -307,9 +307,9 @@ class Store:
             raise ParameterError.one_of(f"stream of {id}", self.streams_of(id), stream)
         return shard, row
 
-    def _info_at(self, place: int) -> RecordingInfo:
-        number = bisect_right(self._places.ends, place)
-        return self._shard(number).infos[place - self._places.begins[number]]
+    def _info_at(self, index: int) -> RecordingInfo:
+        number = bisect_right(self._places.ends, index)
+        return self._shard(number).infos[index - self._places.begins[number]]
 
     def _shard(self, number: int) -> Shard:
         places = self._places
@@ -329,19 +329,19 @@ class _Index(Sequence[RecordingInfo]):
         return len(self._store)
 
     @overload
-    def __getitem__(self, place: int) -> RecordingInfo: ...
+    def __getitem__(self, index: int) -> RecordingInfo: ...
     @overload
-    def __getitem__(self, place: slice) -> Sequence[RecordingInfo]: ...
-    def __getitem__(self, place: int | slice) -> RecordingInfo | Sequence[RecordingInfo]:
-        if isinstance(place, slice):
-            return [self[i] for i in range(*place.indices(len(self)))]
-        if not -len(self) <= place < len(self):
-            raise IndexError(f"index must be below {len(self)}, got {place}")
-        return self._store._info_at(place % len(self))
+    def __getitem__(self, index: slice) -> Sequence[RecordingInfo]: ...
+    def __getitem__(self, index: int | slice) -> RecordingInfo | Sequence[RecordingInfo]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        if not -len(self) <= index < len(self):
+            raise IndexError(f"index must be below {len(self)}, got {index}")
+        return self._store._info_at(index % len(self))
 
     def __iter__(self) -> Iterator[RecordingInfo]:
-        for place in range(len(self)):
-            yield self._store._info_at(place)
+        for index in range(len(self)):
+            yield self._store._info_at(index)
 
 
 def problems(store: Store, *, progress: Callable[[int, int], None] | None = None) -> list[str]:
@@ -350,36 +350,36 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
     Every file is hashed, every recording read, and its id recomputed. ``progress`` is called with the number of
     recordings checked and their total.
     """
-    found = []
+    faults = []
     for stored in store.facts.files:
         path = store.folder / stored.file
         if not path.is_file():
-            found.append(f"{path}: missing; import the data again")
+            faults.append(f"{path}: missing; import the data again")
         elif file_size(path) != stored.bytes or file_hash(path) != stored.sha256:
-            found.append(f"{path}: changed since it was written (sha256 differs); import the data again")
+            faults.append(f"{path}: changed since it was written (sha256 differs); import the data again")
     facts = store.facts
     whole = len(store._ids) == facts.rows
     if not (whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256):
-        found.append(
+        faults.append(
             f"{store.folder / facts.ids}: is not the list of ids, or of photographs, that was written"
         )
-    if found:
-        return found
+    if faults:
+        return faults
     pictures: set[str | None] = {key for held in store.facts.photographs.values() for key in held}
     for done, info in enumerate(store.index, 1):
         try:
             streams = {name: store.signal(info.id, name) for name in store.streams_of(info.id)}
             if content_id(streams) != info.id:
-                found.append(f"{info.source}: samples of {info.id} do not match its id")
+                faults.append(f"{info.source}: samples of {info.id} do not match its id")
             pictures.add(store.image_id(info.id))
         except TactogramError as error:
-            found.append(str(error))
+            faults.append(str(error))
         if progress is not None:
             progress(done, len(store))
     for key in sorted(pictures - {None}, key=str):
         try:
             if image_key(store.photograph(str(key))) != key:
-                found.append(f"{store.path}: photograph {key} does not match its key")
+                faults.append(f"{store.path}: photograph {key} does not match its key")
         except TactogramError as error:
-            found.append(str(error))
-    return found
+            faults.append(str(error))
+    return faults

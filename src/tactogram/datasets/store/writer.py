@@ -113,8 +113,8 @@ class StoreWriter:
         if item:
             self._items.add(item)
         self._simulated |= recording.simulated
-        place = self._shards.add(recording, key)
-        self._ids.append((recording.id.encode(), facts_hash(recording, key), *place))
+        position = self._shards.add(recording, key)
+        self._ids.append((recording.id.encode(), facts_hash(recording, key), *position))
         self.added += 1
         return True
 

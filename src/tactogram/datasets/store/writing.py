@@ -210,21 +210,21 @@ def copy_store(
 
     Raises `DataError` if the source is damaged, the target holds something else, or one of them cannot be reached.
     """
-    store, place = open_store(source), location(target)
-    if _holds(place, store):
+    store, path = open_store(source), location(target)
+    if _holds(path, store):
         return open_store(target)
-    with new_folder(place) if isinstance(place, Path) else nullcontext(place) as folder:
+    with new_folder(path) if isinstance(path, Path) else nullcontext(path) as folder:
         _copy_files(store, folder, progress)
     return open_store(target)
 
 
-def _holds(place: Path | RemotePath, store: Store) -> bool:
-    """Return whether ``place`` holds ``store`` already; refuses a place that holds something else."""
-    held = (place / FACTS).is_file()
-    if held and StoreInfo.load(place).sha256 == store.sha256:
+def _holds(path: Path | RemotePath, store: Store) -> bool:
+    """Return whether ``path`` holds ``store`` already; refuses a place that holds something else."""
+    held = (path / FACTS).is_file()
+    if held and StoreInfo.load(path).sha256 == store.sha256:
         return True
-    if held or (isinstance(place, Path) and place.exists()):
-        raise DataError(f"{place} exists and holds something else than {store.path}; choose another place")
+    if held or (isinstance(path, Path) and path.exists()):
+        raise DataError(f"{path} exists and holds something else than {store.path}; choose another place")
     return False
 
 

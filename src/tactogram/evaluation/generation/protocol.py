@@ -165,10 +165,10 @@ def _compared(
         real = sets[TEST][material]
         generated = {column: sets[column][material] for column in columns}
         # Keyed by identity: a run that is a baseline itself is compared once.
-        unique = {id(made): made for made in generated.values()}
-        compared = {key: distances(real, made) for key, made in unique.items()}
-        values = {column: compared[id(made)] for column, made in generated.items()}
-        others = [distances(real, made) for other, made in sets[OTHERS].items() if other != material]
+        unique = {id(pieces): pieces for pieces in generated.values()}
+        compared = {key: distances(real, pieces) for key, pieces in unique.items()}
+        values = {column: compared[id(pieces)] for column, pieces in generated.items()}
+        others = [distances(real, pieces) for other, pieces in sets[OTHERS].items() if other != material]
         return {
             name: {column: values[column][name] for column in columns}
             | _ceiling([other[name] for other in others], floor)
@@ -226,33 +226,33 @@ def _embedded(
     }
 
 
-def _embedding_distances(real: _Points, made: _Points) -> Values:
-    a, b = real.points, made.points
+def _embedding_distances(real: _Points, generated: _Points) -> Values:
+    a, b = real.points, generated.points
     if len(a) < 3:
         return dict.fromkeys(EMBEDDING_MEASURES)
     manifold = precision_recall_density_coverage(a, b, k=min(NEIGHBOURS, len(a) // 2))
     return {
         "frechet_distance": frechet_distance(a, b),
         **{name: float(value) for name, value in manifold._asdict().items()},
-        "two_sample_accuracy": _two_sample_accuracy(real, made),
+        "two_sample_accuracy": _two_sample_accuracy(real, generated),
     }
 
 
-def _two_sample_accuracy(real: _Points, made: _Points) -> float:
+def _two_sample_accuracy(real: _Points, generated: _Points) -> float:
     """Return the two-sample accuracy with equally many points of every signal.
 
     Where both sets have several signals, neighbours from a point's own signal are excluded: they are always near.
     """
-    sets = (real, made)
+    sets = (real, generated)
     if min(len(set(s.groups)) for s in sets) < 2:
-        return two_sample_accuracy(real.points, made.points).accuracy
+        return two_sample_accuracy(real.points, generated.points).accuracy
     each = [[np.flatnonzero(np.equal(s.groups, group)) for group in sorted(set(s.groups))] for s in sets]
     fewest = min(len(places) for groups in each for places in groups)
     thin = [[places[np.arange(fewest) * len(places) // fewest] for places in groups] for groups in each]
     numbers = [np.repeat(np.arange(len(groups)), fewest) for groups in thin]
     return two_sample_accuracy(
         real.points[np.concatenate(thin[0])],
-        made.points[np.concatenate(thin[1])],
+        generated.points[np.concatenate(thin[1])],
         one_groups=numbers[0].tolist(),
         other_groups=numbers[1].tolist(),
     ).accuracy

@@ -36,8 +36,8 @@ def measure_classification(
     """
 
     def share(material: str, signals: Sequence[Signal]) -> float:
-        place = classifier.materials.index(material)
-        return float(np.mean([int(np.argmax(classifier.probabilities(s))) == place for s in signals]))
+        index = classifier.materials.index(material)
+        return float(np.mean([int(np.argmax(classifier.probabilities(s))) == index for s in signals]))
 
     columns = [column for column in cut if column not in (TEST, OTHERS)]
     table: dict[str, dict[str, float | None]] = {}
@@ -109,11 +109,11 @@ def measure_memorisation(
         if material not in train:
             return {name: dict.fromkeys((*columns, FLOOR, CEILING, NEAREST)) for name in MEMORY_MEASURES}
         unseen = near(cut[TEST][material], material)
-        made = {column: near(cut[column][material], material) for column in columns}
+        generated = {column: near(cut[column][material], material) for column in columns}
         share: dict[str, float | None] = {
-            column: float(np.mean(made[column] > unseen.max())) for column in columns
+            column: float(np.mean(generated[column] > unseen.max())) for column in columns
         }
-        median: dict[str, float | None] = {column: float(np.median(made[column])) for column in columns}
+        median: dict[str, float | None] = {column: float(np.median(generated[column])) for column in columns}
         ends = {CEILING: 1.0, NEAREST: None}
         share[FLOOR], median[FLOOR] = 1 / (len(unseen) + 1), float(np.median(unseen))
         return dict(zip(MEMORY_MEASURES, (share | ends, median | ends), strict=True))

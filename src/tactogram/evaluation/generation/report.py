@@ -68,8 +68,8 @@ def position_figure(result: GenerationResult) -> Figure:
     figure = Figure(figsize=(9, 1.1 + 0.3 * len(names)), layout="constrained")
     axes = figure.add_subplot()
     axes.axvspan(0, 1, color="#eef1f4", lw=0)
-    for place in (0, 1):
-        axes.axvline(place, color="#9aa4ae", lw=0.8)
+    for position in (0, 1):
+        axes.axvline(position, color="#9aa4ae", lw=0.8)
     rng = np.random.default_rng(0)
     for row, name in enumerate(names):
         positions = np.array([result.position(name, material) for material in result.materials], float)
@@ -119,14 +119,14 @@ def overview_figure(result: GenerationResult) -> Figure:
     axes.tick_params(length=0)
     for side in axes.spines.values():
         side.set_visible(False)
-    for (row, place), value in np.ndenumerate(positions):
+    for (row, column), value in np.ndenumerate(positions):
         if np.isnan(value):
-            axes.text(place, row, "–", ha="center", va="center", fontsize=6, color="#57606a")
+            axes.text(column, row, "–", ha="center", va="center", fontsize=6, color="#57606a")
         else:
             text = f"{value:.1f}".replace("-0.0", "0.0") if abs(value) < 9.95 else f"{value:.0f}"
             dark = value < 0.2 or value > 0.85
             axes.text(
-                place, row, text, ha="center", va="center", fontsize=6, color="white" if dark else INK,
+                column, row, text, ha="center", va="center", fontsize=6, color="white" if dark else INK,
                 fontweight="bold" if row == 0 else "normal",
             )  # fmt: skip
     return figure

@@ -59,15 +59,15 @@ def spectrograms_figure(
     widths = [w for members in groups.values() for w in (*[1.0] * len(members), GAP)][:-1]
     figure = Figure(figsize=(max(5.0, 1.3 + 1.4 * sum(widths)), 1.0 + 1.35 * rows), layout="constrained")
     cells = figure.subplots(rows, len(widths), squeeze=False, width_ratios=widths)
-    for place in cells[:, [column for column, width in enumerate(widths) if width == GAP]].flat:
-        place.remove()
+    for axes in cells[:, [column for column, width in enumerate(widths) if width == GAP]].flat:
+        axes.remove()
     grid = cells[:, [column for column, width in enumerate(widths) if width != GAP]]
     draw_spectrograms(figure, grid, [list(members.values()) for members in groups.values()], scale)
     names = [(name, label) for name, members in groups.items() for label in members]
-    for place, (name, label) in zip(grid[0], names, strict=True):
-        place.set_title(f"{fill(name, 17)}\n{label}", fontsize=8)
-    for place in grid[-1]:
-        place.set_xlabel("time, s", fontsize=8)
+    for axes, (name, label) in zip(grid[0], names, strict=True):
+        axes.set_title(f"{fill(name, 17)}\n{label}", fontsize=8)
+    for axes in grid[-1]:
+        axes.set_xlabel("time, s", fontsize=8)
     if title:
         figure.suptitle(title, fontsize=10)
     return figure
@@ -88,8 +88,8 @@ def draw_spectrograms(
     for members in drawn:
         for row in range(len(first.axes)):
             largest = _largest([pictures[row] for pictures in members])
-            for place, pictures in enumerate(members):
-                picture, cell = pictures[row], grid[row, column + place]
+            for offset, pictures in enumerate(members):
+                picture, cell = pictures[row], grid[row, column + offset]
                 if scale == "dB":
                     values = 20 * np.log10(np.maximum(picture.magnitude, 1e-12))
                     limits = (top - RANGE_DB, top)
@@ -112,7 +112,7 @@ def draw_spectrograms(
                 cell.tick_params(labelsize=7, length=2)
                 if row < len(first.axes) - 1:
                     cell.set_xticks([])
-                if column + place > 0:
+                if column + offset > 0:
                     cell.set_yticks([])
         column += len(members)
     for row, name in enumerate(first.axes):
@@ -139,7 +139,7 @@ def _pictures(signal: Signal) -> list[_SpectrogramPanel]:
         padded=False,
     )
     kept = (f >= LOWEST_HZ) & (f <= HIGHEST_HZ)
-    return [_SpectrogramPanel(f[kept], t, np.abs(one[kept])) for one in z]
+    return [_SpectrogramPanel(f[kept], t, np.abs(spectrum[kept])) for spectrum in z]
 
 
 def _largest(pictures: Sequence[_SpectrogramPanel]) -> float:

@@ -66,7 +66,7 @@ def mean_interval(
     if min(values.shape) < FEWEST:
         return None
     means = [values] if values.ndim == 1 else [values.mean(1), values.mean(0)]
-    margin, middle = np.hypot.reduce([margin_of(one) for one in means]), values.mean()
+    margin, middle = np.hypot.reduce([margin_of(mean) for mean in means]), values.mean()
     return max(least, float(middle - margin)), min(most, float(middle + margin))
 
 

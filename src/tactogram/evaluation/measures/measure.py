@@ -81,10 +81,10 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
         if length < 1:
             raise ParameterError(f"a piece of {seconds:g} s holds no sample at {signal.rate:g} Hz")
         pieces += [signal.cut(k, k + length) for k in range(0, len(signal) - length + 1, length)]
-    wanted = count or 1
-    if len(pieces) < wanted:
+    needed = count or 1
+    if len(pieces) < needed:
         raise ParameterError(
-            f"the signals must hold {wanted} pieces of {seconds:g} s, got {len(pieces)}: "
+            f"the signals must hold {needed} pieces of {seconds:g} s, got {len(pieces)}: "
             "use shorter or fewer pieces"
         )
     if count is None:

@@ -71,9 +71,9 @@ def nearness(
     pieces = _pieces(signals, seconds)
     length = pieces.shape[-1]
     largest = np.zeros(len(pieces))
-    found = False
+    compared = False
     for whole in stacks([signal for signal in trained if len(signal) >= length]):
-        found = True
+        compared = True
         stack = without_drift(whole, rate)
         energy = np.cumsum(np.pad(np.sum(stack**2, axis=1), ((0, 0), (1, 0))), axis=1)
         local = energy[:, length:] - energy[:, :-length]
@@ -86,7 +86,7 @@ def nearness(
             match = np.einsum("rif,if->rf", spectrum, fft.rfft(piece, points, axis=-1).conj())
             correlation = fft.irfft(match, points, axis=-1)[:, : inverse.shape[1]]
             largest[number] = max(largest[number], float(np.abs(correlation * inverse).max()))
-    if not found:
+    if not compared:
         raise ParameterError.must("trained", f"hold a signal of {seconds:g} s, got none; use shorter pieces")
     return np.minimum(largest, 1.0)
 

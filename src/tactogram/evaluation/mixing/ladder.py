@@ -169,13 +169,13 @@ def mixing_figure(
     return figure
 
 
-def _draw_positions(place: Axes, ladder: MixingLadder, start: str, end: str) -> None:
-    for at, spread in zip((0, 1), ladder.end_spread[:, -1], strict=True):
-        place.axhspan(at - spread, at + spread, color="#d8dee4", lw=0)
-        place.axhline(at, color="#57606a", lw=0.8, ls=":")
-    place.axhline(0.5, color="#57606a", lw=0.8, ls="--")
-    _draw_axes(place, ladder, ladder.position)
-    place.errorbar(
+def _draw_positions(panel: Axes, ladder: MixingLadder, start: str, end: str) -> None:
+    for level, spread in zip((0, 1), ladder.end_spread[:, -1], strict=True):
+        panel.axhspan(level - spread, level + spread, color="#d8dee4", lw=0)
+        panel.axhline(level, color="#57606a", lw=0.8, ls=":")
+    panel.axhline(0.5, color="#57606a", lw=0.8, ls="--")
+    _draw_axes(panel, ladder, ladder.position)
+    panel.errorbar(
         ladder.weights,
         ladder.position[:, -1],
         ladder.spread[:, -1],
@@ -190,31 +190,31 @@ def _draw_positions(place: Axes, ladder: MixingLadder, start: str, end: str) -> 
     )
     half = ladder.half_weight[-1]
     if np.isfinite(half):
-        place.plot([half], [0.5], marker="D", ms=7, mfc="white", mec=INK, mew=1.5, zorder=4)
-        place.annotate(
+        panel.plot([half], [0.5], marker="D", ms=7, mfc="white", mec=INK, mew=1.5, zorder=4)
+        panel.annotate(
             f"half way at {half:.2f}", (half, 0.5), (8, -12), textcoords="offset points", fontsize=8
         )
-    place.set_ylabel("position")
-    place.set_title(f"0: {start}   1: {end}   bars: ± 1 standard deviation over signals", fontsize=8)
+    panel.set_ylabel("position")
+    panel.set_title(f"0: {start}   1: {end}   bars: ± 1 standard deviation over signals", fontsize=8)
     if len(ladder.columns) > 2:
-        place.legend(frameon=False, fontsize=8, loc="best")
-    _label_weights(place, ladder, end)
+        panel.legend(frameon=False, fontsize=8, loc="best")
+    _label_weights(panel, ladder, end)
 
 
-def _draw_off_line(place: Axes, ladder: MixingLadder, end: str) -> None:
-    _draw_axes(place, ladder, ladder.off_line)
-    place.plot(ladder.weights, ladder.off_line[:, -1], color=INK, lw=2.2, marker="o", ms=4)
-    place.set(ylabel="off the line", ylim=(-0.02, max(0.5, 1.1 * float(np.nanmax(ladder.off_line)))))
-    place.set_title("1: as far as the ends are apart", fontsize=8)
-    _label_weights(place, ladder, end)
+def _draw_off_line(panel: Axes, ladder: MixingLadder, end: str) -> None:
+    _draw_axes(panel, ladder, ladder.off_line)
+    panel.plot(ladder.weights, ladder.off_line[:, -1], color=INK, lw=2.2, marker="o", ms=4)
+    panel.set(ylabel="off the line", ylim=(-0.02, max(0.5, 1.1 * float(np.nanmax(ladder.off_line)))))
+    panel.set_title("1: as far as the ends are apart", fontsize=8)
+    _label_weights(panel, ladder, end)
 
 
-def _draw_axes(place: Axes, ladder: MixingLadder, values: NDArray[np.float64]) -> None:
+def _draw_axes(panel: Axes, ladder: MixingLadder, values: NDArray[np.float64]) -> None:
     """Draw a line per axis in which the ends differ, if there are several axes."""
     axes = ladder.columns[:-1] if len(ladder.columns) > 2 else ()
     for column, name in enumerate(axes):
         if not np.isnan(values[:, column]).any():
-            place.plot(
+            panel.plot(
                 ladder.weights,
                 values[:, column],
                 lw=1,
@@ -225,10 +225,10 @@ def _draw_axes(place: Axes, ladder: MixingLadder, values: NDArray[np.float64]) -
             )
 
 
-def _label_weights(place: Axes, ladder: MixingLadder, end: str) -> None:
+def _label_weights(panel: Axes, ladder: MixingLadder, end: str) -> None:
     first, last = ladder.weights[0], ladder.weights[-1]
     room = 0.04 * (last - first)
-    place.set(xlabel=f"weight of {end}", xlim=(first - room, last + room))
-    place.tick_params(labelsize=8)
-    place.xaxis.label.set_fontsize(8)
-    place.yaxis.label.set_fontsize(8)
+    panel.set(xlabel=f"weight of {end}", xlim=(first - room, last + room))
+    panel.tick_params(labelsize=8)
+    panel.xaxis.label.set_fontsize(8)
+    panel.yaxis.label.set_fontsize(8)

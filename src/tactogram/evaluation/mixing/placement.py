@@ -108,7 +108,7 @@ class MixingLadder:
         return result
 
     def _by_column(self, values: NDArray[Any]) -> dict[str, Any]:
-        return {name: finite_json(values[..., place].tolist()) for place, name in enumerate(self.columns)}
+        return {name: finite_json(values[..., column].tolist()) for column, name in enumerate(self.columns)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,11 +178,11 @@ def positions(
     features = texture_features([signal for group in groups for signal in group], level=level)
     first, last, *rungs = np.split(features, np.cumsum([len(group) for group in groups])[:-1])
     axes = groups[0][0].axes
-    columns = [_column(*(part[:, place] for part in (first, last, *rungs))) for place in range(len(axes))]
+    columns = [_column(*(part[:, axis] for part in (first, last, *rungs))) for axis in range(len(axes))]
     columns.append(_column(*(part.reshape(len(part), -1) for part in (first, last, *rungs)), needed=True))
     orders = [
-        order_of(c.position, c.signals, w, end_error=c.end_error, rng=np.random.default_rng([seed, place]))
-        for place, c in enumerate(columns)
+        order_of(c.position, c.signals, w, end_error=c.end_error, rng=np.random.default_rng([seed, column]))
+        for column, c in enumerate(columns)
     ]
     return MixingLadder(
         columns=(*axes, OVERALL),

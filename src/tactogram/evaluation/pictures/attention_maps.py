@@ -35,8 +35,8 @@ def attention_note(generator: nn.Module) -> str:
     """Return the name of `attention_layer` for figures."""
     layers = [module for module in generator.modules() if isinstance(module, nn.ConvTranspose2d)]
     layer = attention_layer(generator)
-    place = layers.index(layer) + 1
-    return f"transposed convolution {place} of {len(layers)}, {layer.out_channels} channels"
+    number = layers.index(layer) + 1
+    return f"transposed convolution {number} of {len(layers)}, {layer.out_channels} channels"
 
 
 def attention_maps(generator: nn.Module, photo: Tensor, *conditions: Tensor) -> Tensor:

@@ -284,7 +284,7 @@ def image_spread(
     ``make`` is called with noises, shape (image, noise), and labels, shape (image, word). At least 2 ``labels`` (label,
     word) and ``noises`` (draw, noise) are needed; ``real`` is the `mean_distance` of real images, > 0.
     """
-    made = np.stack([make(noises, np.repeat(label[None], len(noises), 0)) for label in labels])
-    by_noise = np.mean([mean_distance(row) for row in made])
-    by_label = np.mean([mean_distance(made[:, place]) for place in range(len(noises))])
+    images = np.stack([make(noises, np.repeat(label[None], len(noises), 0)) for label in labels])
+    by_noise = np.mean([mean_distance(row) for row in images])
+    by_label = np.mean([mean_distance(images[:, column]) for column in range(len(noises))])
     return ImageSpread(real, float(by_noise), float(by_label))

@@ -65,23 +65,23 @@ def pictures_figure(
     grid = figure.subplots(len(cases), columns, squeeze=False)
     for row, case in zip(grid, cases, strict=True):
         _photo(row[0], case)
-        for place, name in zip(row[1:], names, strict=False):
-            mesh = _picture(place, case.pictures[name], picture)
-        for place, name in zip(row[1 + len(names) :], maps, strict=True):
-            _picture(place, case.pictures[name], picture, grey=True)
-            _overlay(place, (case.attention or {})[name], picture)
+        for axes, name in zip(row[1:], names, strict=False):
+            mesh = _picture(axes, case.pictures[name], picture)
+        for axes, name in zip(row[1 + len(names) :], maps, strict=True):
+            _picture(axes, case.pictures[name], picture, grey=True)
+            _overlay(axes, (case.attention or {})[name], picture)
     notes = attention_notes or {}
     attention = (f"attention, {name}\n{fill(notes.get(name, ''), 26)}".strip() for name in maps)
-    for place, name in zip(grid[0], ["photo", *names, *attention], strict=True):
-        place.set_title(name, fontsize=8)
-    for place in grid[:-1].flat:
-        place.set_xticklabels([])
-    for place in grid[:, 2:].flat:
-        place.set_yticklabels([])
-    for place in grid[-1, 1:]:
-        place.set_xlabel("time, s" if picture.domain == "time" else "displacement, mm", fontsize=7)
-    for place in grid[:, 1]:
-        place.set_ylabel("Hz" if picture.domain == "time" else "1/mm", fontsize=7)
+    for axes, name in zip(grid[0], ["photo", *names, *attention], strict=True):
+        axes.set_title(name, fontsize=8)
+    for axes in grid[:-1].flat:
+        axes.set_xticklabels([])
+    for axes in grid[:, 2:].flat:
+        axes.set_yticklabels([])
+    for axes in grid[-1, 1:]:
+        axes.set_xlabel("time, s" if picture.domain == "time" else "displacement, mm", fontsize=7)
+    for axes in grid[:, 1]:
+        axes.set_ylabel("Hz" if picture.domain == "time" else "1/mm", fontsize=7)
     figure.colorbar(mesh, ax=grid[:, -1], fraction=0.08, pad=0.02, label=f"dB re 1 {unit_text(picture.unit)}")
     if title:
         figure.suptitle(title, fontsize=10)
@@ -103,8 +103,8 @@ def worst_cases(
             "errors", f"be finite and as many as cases ({len(materials)})", values.shape
         )
     worst: dict[str, int] = {}
-    for place in np.argsort(-values, kind="stable"):
-        worst.setdefault(materials[place], int(place))
+    for index in np.argsort(-values, kind="stable"):
+        worst.setdefault(materials[index], int(index))
     return list(worst.values())[:count]
 
 
@@ -114,21 +114,21 @@ def failures_figure(
     """Draw the cases with the largest errors by ``measure``, one per material (`worst_cases`); titles are materials."""
     chosen = worst_cases(errors, [case.title for case in cases])
     median = float(np.median(np.asarray(errors, np.float64)))
-    shown = [replace(cases[place], note=f"{errors[place]:.3g} (median {median:.3g})") for place in chosen]
+    shown = [replace(cases[index], note=f"{errors[index]:.3g} (median {median:.3g})") for index in chosen]
     return pictures_figure(shown, picture, title=f"Largest {measure} of {len(cases)} cases, one per material")
 
 
-def _photo(place: Axes, case: PictureCase) -> None:
+def _photo(axes: Axes, case: PictureCase) -> None:
     pixels = ((case.photo.detach().cpu().numpy() + 1) / 2).clip(0, 1)
-    place.imshow(pixels.transpose(1, 2, 0), cmap="gray", vmin=0, vmax=1)  # colours ignore the map
-    place.set(xticks=[], yticks=[])
-    place.set_ylabel("\n".join([fill(case.title, 18), case.note]).strip(), fontsize=7)
+    axes.imshow(pixels.transpose(1, 2, 0), cmap="gray", vmin=0, vmax=1)  # colours ignore the map
+    axes.set(xticks=[], yticks=[])
+    axes.set_ylabel("\n".join([fill(case.title, 18), case.note]).strip(), fontsize=7)
 
 
-def _picture(place: Axes, one: Tensor, picture: SpectrogramPicture, *, grey: bool = False) -> Any:
-    share = (one.detach().cpu().numpy()[0] + 1) / 2
-    place.tick_params(labelsize=6, length=2)
-    return place.imshow(
+def _picture(axes: Axes, pixels: Tensor, picture: SpectrogramPicture, *, grey: bool = False) -> Any:
+    share = (pixels.detach().cpu().numpy()[0] + 1) / 2
+    axes.tick_params(labelsize=6, length=2)
+    return axes.imshow(
         picture.floor_db + (picture.ceiling_db - picture.floor_db) * share,
         origin="lower",
         aspect="auto",
@@ -139,8 +139,8 @@ def _picture(place: Axes, one: Tensor, picture: SpectrogramPicture, *, grey: boo
     )
 
 
-def _overlay(place: Axes, attention: Tensor, picture: SpectrogramPicture) -> None:
-    place.imshow(
+def _overlay(axes: Axes, attention: Tensor, picture: SpectrogramPicture) -> None:
+    axes.imshow(
         attention.detach().cpu().numpy(),
         origin="lower",
         aspect="auto",
@@ -192,11 +192,11 @@ def generated_figure(rows: Sequence[GeneratorRow], labels: Sequence[str], *, tit
         cells = part.subfigures(1, trials + 1, width_ratios=[1.1 * across] * trials + [4.2])
         for number, (cell, trial) in enumerate(zip(cells[:-1], row.trials, strict=True), start=1):
             places = cell.subplots(down, across, squeeze=False).ravel()
-            for place in places:
-                place.axis("off")
-            for place, image, label in zip(places, trial, labels, strict=False):
-                place.imshow(image.pixels, interpolation="nearest")
-                place.set_title(label, fontsize=7, pad=2)
+            for axes in places:
+                axes.axis("off")
+            for axes, image, label in zip(places, trial, labels, strict=False):
+                axes.imshow(image.pixels, interpolation="nearest")
+                axes.set_title(label, fontsize=7, pad=2)
             places[0].text(
                 -0.18,
                 0.5,

@@ -43,7 +43,7 @@ class InversionLoss:
 def invert(pictures: Tensor, picture: SpectrogramPicture, *, seed: int, axis: str = "z") -> list[Signal]:
     """Return the signal of each picture, shape (picture, 1, rows, columns), in [-1, 1]; ``seed`` is the phase's."""
     samples = picture.signal(pictures, seed=seed).cpu().numpy()
-    return [Signal(one, picture.rate, picture.unit, (axis,), picture.domain) for one in samples]
+    return [Signal(waveform, picture.rate, picture.unit, (axis,), picture.domain) for waveform in samples]
 
 
 def inversion_loss(
@@ -93,13 +93,13 @@ def mean_loss(losses: Sequence[Mapping[str, InversionLoss]]) -> dict[str, Invers
         raise ParameterError("at least one material is needed, got none")
     means = {}
     for name in losses[0]:
-        if all(name in one for one in losses):
-            each = [one[name] for one in losses]
-            floors = [one.floor for one in each if one.floor is not None]
+        if all(name in by_measure for by_measure in losses):
+            each = [by_measure[name] for by_measure in losses]
+            floors = [loss.floor for loss in each if loss.floor is not None]
             means[name] = InversionLoss(
                 float(np.mean(floors)) if len(floors) == len(each) else None,
-                float(np.mean([one.inversion for one in each])),
-                float(np.mean([one.total for one in each])),
+                float(np.mean([loss.inversion for loss in each])),
+                float(np.mean([loss.total for loss in each])),
             )
     return means
 

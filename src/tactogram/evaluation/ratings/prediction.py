@@ -84,11 +84,11 @@ class PredictedRatings:
             "constant_mae": float(np.nanmean(guess)),
             "p_against_constant": float(stats.wilcoxon(gain).pvalue) if np.any(gain) else None,
         }
-        found = [
+        correlations = [
             _correlation(s.ravel(), t.ravel())
             for s, t in zip(self.scores[part], self.truth[part], strict=True)
         ]
-        known = [value for value in found if value is not None]
+        known = [value for value in correlations if value is not None]
         row["rank_correlation"] = float(np.mean(known)) if known else None
         row["rank_correlation_sd"] = float(np.std(known, ddof=1)) if len(known) > 1 else None
         return row
@@ -103,12 +103,12 @@ def split_half_error(cube: Floats, *, rng: np.random.Generator, splits: int = SP
     raters = cube.shape[1]
     if raters < 4:
         return np.full(cube.shape[2], np.nan)
-    found = []
+    differences = []
     for _ in range(splits):
         drawn = rng.permutation(raters)
         one, other = cube[:, drawn[: raters // 2]], cube[:, drawn[raters // 2 :]]
-        found.append(np.abs(nan_mean(one, 1) - nan_mean(other, 1)))
-    return nan_mean(np.array(found), (0, 1))
+        differences.append(np.abs(nan_mean(one, 1) - nan_mean(other, 1)))
+    return nan_mean(np.array(differences), (0, 1))
 
 
 def one_rater_error(cube: Floats) -> Floats:
@@ -118,8 +118,8 @@ def one_rater_error(cube: Floats) -> Floats:
     """
     if cube.shape[1] < 2:
         return np.full(cube.shape[2], np.nan)
-    given = ~np.isnan(cube)
-    total, count = np.where(given, cube, 0).sum(1, keepdims=True), given.sum(1, keepdims=True)
+    rated = ~np.isnan(cube)
+    total, count = np.where(rated, cube, 0).sum(1, keepdims=True), rated.sum(1, keepdims=True)
     with np.errstate(invalid="ignore", divide="ignore"):
         others = (total - cube) / (count - 1)
     return nan_mean(np.abs(cube - others), (0, 1))
@@ -160,9 +160,9 @@ def prediction_figure(found: PredictedRatings, figures: Mapping[str, Any], *, ti
     left.set(xlabel="mean absolute error, points of the scale", title=title)
     left.grid(axis="x", alpha=0.3)
     figure.legend(loc="outside lower left", fontsize=8, frameon=False, ncols=2)
-    given, said = nan_mean(found.truth, 0), nan_mean(found.scores, 0)
-    ends = [float(np.nanmin([given, said])), float(np.nanmax([given, said]))]
+    truth, said = nan_mean(found.truth, 0), nan_mean(found.scores, 0)
+    ends = [float(np.nanmin([truth, said])), float(np.nanmax([truth, said]))]
     right.plot(ends, ends, color=GRAY, lw=0.8)
-    right.plot(given.ravel(), said.ravel(), ".", color=BLUE, alpha=0.4, ms=4)
+    right.plot(truth.ravel(), said.ravel(), ".", color=BLUE, alpha=0.4, ms=4)
     right.set(xlabel="given (mean of the raters)", ylabel="predicted, item held out", aspect="equal")
     return figure

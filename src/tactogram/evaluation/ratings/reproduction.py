@@ -103,26 +103,26 @@ def reproduction(
     told_by : str
         The raters.
     """
-    place = {item: number for number, item in enumerate(ratings.items)}
-    found: dict[str, Floats] = {}
+    index = {item: number for number, item in enumerate(ratings.items)}
+    errors: dict[str, Floats] = {}
     for condition in conditions:
-        rows = {item.partition("/")[2]: n for item, n in place.items() if item.partition("/")[0] == condition}
+        rows = {item.partition("/")[2]: n for item, n in index.items() if item.partition("/")[0] == condition}
         if unknown := [name for name in rows if name not in targets]:
             raise DataError(f"{condition}/{unknown[0]}: target must be one of {', '.join(targets)}")
         if rows:
             nothing = np.full(ratings.cube.shape[1:], np.nan)
-            found[condition] = np.array(
+            errors[condition] = np.array(
                 [
                     np.abs(ratings.cube[rows[name]] - means) if name in rows else nothing
                     for name, means in targets.items()
                 ]
             )
-    if not found:
+    if not errors:
         raise DataError(
             f"ratings must be of items CONDITION/TARGET with a condition of {', '.join(conditions)}, "
             f"got {', '.join(ratings.items[:3])}"
         )
-    return ReproductionErrors(found, tuple(targets), ratings.raters, ratings.words, told_by)
+    return ReproductionErrors(errors, tuple(targets), ratings.raters, ratings.words, told_by)
 
 
 def constant_error(targets: Mapping[str, Floats]) -> float:
@@ -134,7 +134,7 @@ def constant_error(targets: Mapping[str, Floats]) -> float:
 def _pairs(test: Any, groups: Mapping[str, Floats]) -> list[dict[str, Any]] | None:
     """Return each pair of conditions, or None with too little data for a test."""
     try:
-        found: Comparison = test(groups)
+        comparison: Comparison = test(groups)
     except ParameterError:
         return None
     return [
@@ -145,7 +145,7 @@ def _pairs(test: Any, groups: Mapping[str, Floats]) -> list[dict[str, Any]] | No
             "statistic": finite_json(pair.statistic),
             "p": finite_json(pair.p),
         }
-        for pair in found.pairs
+        for pair in comparison.pairs
     ]
 
 
@@ -189,15 +189,15 @@ def label_fidelity(asked: Array, said: Array) -> LabelFidelity:
         )
     errors = np.abs(said[:, None] - asked[None, :, None]).mean((2, 3))  # of each score against each label
     own = np.eye(len(asked), dtype=bool)
-    wanted = np.broadcast_to((asked - asked.mean(0))[:, None], said.shape)
+    target = np.broadcast_to((asked - asked.mean(0))[:, None], said.shape)
     heard = said - said.mean((0, 1))
-    by_word = tuple(_correlation(wanted[..., word], heard[..., word]) for word in range(asked.shape[1]))
-    power = float(np.sum(wanted**2))
+    by_word = tuple(_correlation(target[..., word], heard[..., word]) for word in range(asked.shape[1]))
+    power = float(np.sum(target**2))
     return LabelFidelity(
         float(errors[own].mean()),
         float(errors[~own].mean()),
-        _correlation(wanted, heard),
-        float(np.sum(wanted * heard)) / power if power > 0 else 0.0,
+        _correlation(target, heard),
+        float(np.sum(target * heard)) / power if power > 0 else 0.0,
         by_word,
     )
 

@@ -20,7 +20,7 @@ READING = ("unit", "rate", "axes", "time", "sheet", "part")
 
 def reading_parameters() -> Iterator[Parameter]:
     """Yield the parameters named `READING`."""
-    return (one for one in parameters(convert) if one.name in READING)
+    return (parameter for parameter in parameters(convert) if parameter.name in READING)
 
 
 @checked
@@ -175,7 +175,7 @@ def convert(
         if kind is None and value is not None:
             of = "patterns of on and off" if name == "display" else "haptic formats"
             raise ParameterError(f"is for {of}, {target.name} is none; omit it", parameter=name)
-    given = read_source(
+    content = read_source(
         source,
         reading | ({"full_scale": full_scale} if kind is None else {}),
         axis=axis,
@@ -184,7 +184,7 @@ def convert(
         width_mm=width_mm,
         resample_to=resample_to,
     )
-    signal, how, mapped = given.signal, given.reduced_by, given.mapped
+    signal, how, mapped = content.signal, content.reduced_by, content.mapped
     # A mapped sound or photograph has one axis, whatever it is called.
     axis = axis if mapped is None else None
     written = None
@@ -193,19 +193,19 @@ def convert(
         whole = len(signal.axes) == 1 or (axis is None and kind.holds != "waveform")
         written = write_haptic(
             target,
-            given.events if given.events is not None and whole else signal,
+            content.events if content.events is not None and whole else signal,
             format=kind.name,
             axis=axis,
             full_scale=full_scale,
             modality=modality,
             motor=None if display is None else open_display(display),
-            metadata=given.metadata,
+            metadata=content.metadata,
         )
         how = how or written["reduced_by"]
     else:
         if axis is not None:
             signal, how = to_one_axis(signal, axis)
-        write_signal(target, signal, metadata=given.metadata, subtype=subtype)
+        write_signal(target, signal, metadata=content.metadata, subtype=subtype)
     facts = {
         "source": str(source),
         "target": str(target),
@@ -214,11 +214,11 @@ def convert(
         "unit": signal.unit,
         "axes": list(signal.axes),
         "rms": float((signal.samples.astype(float) ** 2).mean() ** 0.5),
-        "timing": given.timing,
-        "metadata": given.metadata,
+        "timing": content.timing,
+        "metadata": content.metadata,
     }
-    optional: dict[str, Any] = {"reduced_by": how, "mapped": mapped, "read": given.read, "written": written}
-    optional["notes"] = list(given.notes) or None
+    optional: dict[str, Any] = {"reduced_by": how, "mapped": mapped, "read": content.read, "written": written}
+    optional["notes"] = list(content.notes) or None
     return facts | {name: value for name, value in optional.items() if value is not None}
 
 
@@ -241,32 +241,32 @@ def _convert_folder(
     unreadable = DataError(source, f"no file in it can be read; known are {', '.join(known)}")
     if not paths:
         raise unreadable
-    made: dict[Path, Path] = {}
+    sources: dict[Path, Path] = {}
     beside: dict[str, str] = {}
     haptic = haptic_suffixes()
     suffixes = {path: path.suffix.lower() for path in paths}
     for path in sorted(paths, key=lambda path: (suffixes[path] not in haptic, suffixes[path] != suffix)):
-        place = (target / path.relative_to(source)).with_suffix(suffix)
-        first = made.setdefault(place, path)
+        output = (target / path.relative_to(source)).with_suffix(suffix)
+        first = sources.setdefault(output, path)
         if first is path:
             continue
         if suffixes[first] not in haptic:
-            raise ParameterError(f"{first} and {path} would both become {place}; rename one")
+            raise ParameterError(f"{first} and {path} would both become {output}; rename one")
         beside[str(path)] = str(first)
-    for place in made.keys() & set(present):
-        raise ParameterError(f"{place} would be overwritten; choose another folder than that of the sources")
+    for output in sources.keys() & set(present):
+        raise ParameterError(f"{output} would be overwritten; choose another folder than that of the sources")
     check_writable(target, folder=True)
     files, failed, notes = [], {}, []
-    for done, (place, path) in enumerate(made.items()):
-        progress("files", done, len(made), path.name)
+    for done, (output, path) in enumerate(sources.items()):
+        progress("files", done, len(sources), path.name)
         try:
-            files.append(convert(path, place, format=format, **options))
+            files.append(convert(path, output, format=format, **options))
         except TactogramError as error:
             if path.suffix.lower() == ".txt" and _is_note(path):
                 notes.append(str(path))
             else:
                 failed[str(path)] = error.message
-    progress("files", len(made), len(made))
+    progress("files", len(sources), len(sources))
     if not files and not failed:
         raise unreadable
     return {
@@ -314,20 +314,20 @@ def _checked(path: Path, format: str | None, reading: dict[str, Any]) -> dict[st
     if format is not None or not path.name.lower().endswith(READABLE) or not path.is_file():
         return check_file(path, format=format)
     problems: list[str] = []
-    found: tuple[ColumnUse, ...] = ()
+    columns: tuple[ColumnUse, ...] = ()
     notes: tuple[str, ...] = ()
     try:
         file = read_file(path, **reading)
-        found, notes = file.columns, file.notes
+        columns, notes = file.columns, file.notes
     except TactogramError as error:
         problems.append(error.message)
         with suppress(TactogramError):
-            found = read_columns(path)
+            columns = read_columns(path)
     return {
         "file": str(path),
         "format": suffix.removeprefix("."),
         "valid": not problems,
         "problems": problems,
-        "columns": [asdict(column) for column in found],
+        "columns": [asdict(column) for column in columns],
         "notes": list(notes),
     }

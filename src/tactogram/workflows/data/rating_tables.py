@@ -196,9 +196,9 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
     import numpy as np
 
     cube = ratings.cube
-    given = np.asarray(~np.isnan(cube))
-    met = np.asarray(given.any(axis=2))
-    blank = (~given & met[:, :, None]).sum((0, 2))
+    rated = np.asarray(~np.isnan(cube))
+    met = np.asarray(rated.any(axis=2))
+    blank = (~rated & met[:, :, None]).sum((0, 2))
     level, missing = _level(ratings.scale), _alpha_missing()
     return {
         "scale": asdict(ratings.scale),
@@ -216,7 +216,7 @@ def ratings_info(ratings: Ratings) -> dict[str, Any]:
         "reliability": {
             "level": level,
             "words": {
-                word: _word(cube[:, :, place], level, missing) for place, word in enumerate(ratings.words)
+                word: _word(cube[:, :, column], level, missing) for column, word in enumerate(ratings.words)
             },
             **({"alpha_missing": missing} if missing else {}),
         },
@@ -228,18 +228,18 @@ def _word(scores: NDArray[np.float64], level: Level, missing: str) -> dict[str, 
 
     from tactogram.statistics.reliability import intraclass_correlation, krippendorff_alpha
 
-    given = scores[~np.isnan(scores)]
+    scored = scores[~np.isnan(scores)]
     known: dict[str, float | int | None] = {
-        "mean": float(given.mean()) if given.size else None,
-        "sd": float(given.std(ddof=1)) if given.size > 1 else None,
+        "mean": float(scored.mean()) if scored.size else None,
+        "sd": float(scored.std(ddof=1)) if scored.size > 1 else None,
         "alpha": None if missing else krippendorff_alpha(scores, level=level),
     }
-    found = intraclass_correlation(scores)
+    agreement = intraclass_correlation(scores)
     return known | {
-        "icc_single": None if found is None else found.single,
-        "icc_average": None if found is None else found.average,
-        "icc_items": None if found is None else found.items,
-        "icc_raters": None if found is None else found.raters,
+        "icc_single": None if agreement is None else agreement.single,
+        "icc_average": None if agreement is None else agreement.average,
+        "icc_items": None if agreement is None else agreement.items,
+        "icc_raters": None if agreement is None else agreement.raters,
     }
 
 

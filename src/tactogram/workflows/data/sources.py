@@ -52,27 +52,27 @@ def read_source(
         useless = [name for name, value in {**reading, "map": map, "axis": axis}.items() if value]
         if useless:
             raise ParameterError(f"{source}: a photograph has no use for {' or '.join(useless)}; omit it")
-        given = _drawn(source, width_mm or WIDTH_MM, play_at or SPEED_MM_S, resample_to or READ_RATE)
+        content = _drawn(source, width_mm or WIDTH_MM, play_at or SPEED_MM_S, resample_to or READ_RATE)
     else:
         if width_mm is not None:
             raise ParameterError(f"is of a photograph, {source.name} is none; omit it", parameter="width_mm")
-        given = _read(source, reading)
+        content = _read(source, reading)
         if play_at is not None:
             if map is not None:
                 remedy = Remedy("omit", "play_at")
                 raise ParameterError("is for a sound, which is over time", parameter="map", remedy=remedy)
-            signal = played(given.signal, play_at, resample_to or given.signal.rate * play_at)
-            given = replace(given, signal=signal, events=None)
+            signal = played(content.signal, play_at, resample_to or content.signal.rate * play_at)
+            content = replace(content, signal=signal, events=None)
         else:
             if map is not None:
-                signal, how = to_one_axis(given.signal, axis)
+                signal, how = to_one_axis(content.signal, axis)
                 signal, mapped = sound_to_touch(signal, map)
-                given = replace(given, signal=signal, reduced_by=how, mapped=mapped, events=None)
+                content = replace(content, signal=signal, reduced_by=how, mapped=mapped, events=None)
             if resample_to is not None:
-                given = replace(given, signal=resample(given.signal, resample_to), events=None)
-    further = {"played_at_mm_s": play_at, "mapped": given.mapped}
+                content = replace(content, signal=resample(content.signal, resample_to), events=None)
+    further = {"played_at_mm_s": play_at, "mapped": content.mapped}
     known = {name: value for name, value in further.items() if value is not None}
-    return replace(given, metadata=given.metadata | known)
+    return replace(content, metadata=content.metadata | known)
 
 
 def _drawn(source: Path, width_mm: float, speed_mm_s: float, rate: float) -> ConversionSource:

@@ -244,13 +244,13 @@ def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dic
     from tactogram.datasets.store.store import problems
 
     store = open_store(path)
-    found = problems(store, progress=partial(progress, "checking"))
+    faults = problems(store, progress=partial(progress, "checking"))
     return {
         "path": str(path),
         "recordings": len(store),
         "sha256": store.sha256,
-        "ok": not found,
-        "problems": found,
+        "ok": not faults,
+        "problems": faults,
     }
 
 

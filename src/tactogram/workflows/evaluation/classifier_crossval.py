@@ -150,7 +150,7 @@ def _evaluated_folds(
     names = ("windows", "recordings", "candidates")
     counts = [{name: np.array(value[name], np.int64) for name in names} for value in values]
     materials = [tuple(value["materials"]) for value in values]
-    results = [ClassificationResult(of, **found) for of, found in zip(materials, counts, strict=True)]
+    results = [ClassificationResult(of, **fold) for of, fold in zip(materials, counts, strict=True)]
     return results, values[-1]["rate_hz"]
 
 

@@ -137,21 +137,21 @@ def _generators(
     loaded: LoadedRun, references: ReferenceModels, strokes: Sequence[Example]
 ) -> dict[str, tuple[models.ModelInfo, Any]]:
     names = (*BASELINES, NEAREST_PHOTO) if "image" in loaded.facts.needs else BASELINES
-    found = {MODEL: (loaded.facts, loaded.model)}
+    generators = {MODEL: (loaded.facts, loaded.model)}
     for name in names:
         own = loaded.facts.name == name and loaded.kind.domain == "time"  # baselines are trained over time
-        found[name] = (
+        generators[name] = (
             (loaded.facts, loaded.model) if own else (models.find(name), references.baseline(name, strokes))
         )
-    return found
+    return generators
 
 
 def _by_material(examples: Sequence[Example]) -> dict[str, list[Signal]]:
-    found: dict[str, list[Signal]] = {}
+    signals: dict[str, list[Signal]] = {}
     for example in examples:
         if example.material is not None:
-            found.setdefault(example.material, []).append(felt(example.signal))
-    return found
+            signals.setdefault(example.material, []).append(felt(example.signal))
+    return signals
 
 
 @dataclass(frozen=True)
@@ -191,8 +191,8 @@ class _ConditionedGenerator:
             )
         if not isinstance(signal, Signal):
             raise ParameterError(f"{self.name} generates images, not signals")
-        made = felt(signal)
-        return made if made.rate == self.rate else resample(made, self.rate)
+        band_limited = felt(signal)
+        return band_limited if band_limited.rate == self.rate else resample(band_limited, self.rate)
 
     def _made(self, condition: Mapping[str, Any], seconds: float, seed: int) -> Any:
         """Return what is generated, without the contactor if the generator learned no difference of them."""
@@ -207,33 +207,33 @@ class _ConditionedGenerator:
     def condition(self, example: Example, number: int) -> dict[str, Any]:
         """Return what signal ``number`` of a recording's surface is generated from; refuses a recording without it."""
         stroked = ["speed_mm_s", "force_n", *(["contactor"] if "contactor" in self.facts.takes else [])]
-        given = {name: value for name in stroked if (value := example.condition.get(name)) is not None}
+        condition = {name: value for name in stroked if (value := example.condition.get(name)) is not None}
         pictures = example.photographs
         if "image" in self.facts.needs:
             if not len(pictures):
                 raise ParameterError(
                     f"{self.name} needs a photograph, and there is none of {example.material}"
                 )
-            given = {name: value for name, value in given.items() if name in self.facts.takes}
-            given["image"] = pictures[number % len(pictures)]
+            condition = {name: value for name, value in condition.items() if name in self.facts.takes}
+            condition["image"] = pictures[number % len(pictures)]
         if "vibration" in self.facts.needs:
             stroke = self.strokes[str(example.material)]
-            given["vibration"] = stroke.signal
-            given |= {
+            condition["vibration"] = stroke.signal
+            condition |= {
                 f"vibration_{name}": value
                 for name, value in stroke.condition.items()
                 if f"vibration_{name}" in self.facts.takes and value is not None
             }
         if "words" in self.facts.needs:
-            given["words"] = self._words(example)
+            condition["words"] = self._words(example)
         if "material" in self.facts.needs:
-            given["material"] = example.material
+            condition["material"] = example.material
             if example.material not in self.kind.materials and self.nearest is not None and len(pictures):
-                given["material"] = self.nearest.classify_photograph(pictures[number % len(pictures)])[0]
+                condition["material"] = self.nearest.classify_photograph(pictures[number % len(pictures)])[0]
                 self._note(
                     f"{self.name} does not know every material: the one with the nearest photograph was used."
                 )
-        return given | self._speed
+        return condition | self._speed
 
     def _words(self, example: Example) -> dict[str, float]:
         """Return the mean ratings of the surface, on the run's scale."""
@@ -269,10 +269,10 @@ def _generated(
     by_material: dict[str, list[Example]] = {}
     for example in known:
         by_material.setdefault(str(example.material), []).append(example)
-    made: dict[str, list[Signal]] = {}
+    signals: dict[str, list[Signal]] = {}
     for done, (material, examples) in enumerate(sorted(by_material.items()), 1):
         number, seconds = pieces.draws(compared[material])
         seconds += 2 / FELT_RATE  # resampling may round it away
-        made[material] = [generator.drawn(examples[k % len(examples)], k, seconds) for k in range(number)]
+        signals[material] = [generator.drawn(examples[k % len(examples)], k, seconds) for k in range(number)]
         progress(f"generate {generator.name}", done, len(by_material))
-    return made
+    return signals

@@ -64,25 +64,25 @@ def mix_ladder(
     mixes = [{start: 1.0 if mode == "add" else round(float(1 - w), 12), end: float(w)} for w in weights]
     done, total = 0, (steps + 2) * signals + steps
 
-    def draw(material: dict[str, float], purpose: str, place: int, count: int) -> list[Signal]:
+    def draw(material: dict[str, float], purpose: str, number: int, count: int) -> list[Signal]:
         nonlocal done
         # The steps differ in chance as well: with one seed the ladder would look smoother than it is.
-        own = seed if purpose == "shown" else child_seed(seed, "mixing", purpose, place)
+        own = seed if purpose == "shown" else child_seed(seed, "mixing", purpose, number)
         condition = _stroke(speed_mm_s, force_n) | {"material": material}
-        found = []
+        drawn = []
         for signal in generate(loaded, condition, seconds=seconds, seed=own, count=count):
             if not isinstance(signal, Signal):
                 raise ParameterError(
                     f"{loaded.run.name}: {loaded.facts.name} gives images, which are not mixed"
                 )
-            found.append(signal)
+            drawn.append(signal)
             done += 1
             progress("mix", done, total)
-        return found
+        return drawn
 
-    ends = [draw({name: 1.0}, "end", place, signals) for place, name in enumerate((start, end))]
-    made = [draw(mix, "step", place, signals) for place, mix in enumerate(mixes)]
-    ladder = positions(made, *ends, weights=weights, seed=seed)
+    ends = [draw({name: 1.0}, "end", number, signals) for number, name in enumerate((start, end))]
+    mixed = [draw(mix, "step", number, signals) for number, mix in enumerate(mixes)]
+    ladder = positions(mixed, *ends, weights=weights, seed=seed)
     try:
         real = [recorded(loaded, name) for name in (start, end)]
     except RunError:  # the recordings are not here: the run was imported, or its data moved
@@ -93,8 +93,8 @@ def mix_ladder(
         mode=mode,
         shown=tuple(draw(mix, "shown", 0, 1)[0] for mix in mixes),
         ladder=ladder,
-        without_level=_if_apart(made, *ends, weights=weights, seed=seed, level=False),
-        against_recordings=_if_apart(made, *real, weights=weights, seed=seed),
+        without_level=_if_apart(mixed, *ends, weights=weights, seed=seed, level=False),
+        against_recordings=_if_apart(mixed, *real, weights=weights, seed=seed),
         simulated=loaded.simulated,
     )
 
@@ -235,7 +235,7 @@ def recorded(run: Path | str | LoadedRun, material: str) -> list[Signal]:
 
 
 def _if_apart(
-    made: Sequence[Sequence[Signal]], start: Sequence[Signal], end: Sequence[Signal], **options: Any
+    steps: Sequence[Sequence[Signal]], start: Sequence[Signal], end: Sequence[Signal], **options: Any
 ) -> MixingLadder | None:
     """Return the ladder between two ends, None where there are too few signals or they are alike."""
     from tactogram.evaluation.mixing.placement import IndistinctEndsError, positions
@@ -243,7 +243,7 @@ def _if_apart(
     if min(len(start), len(end)) < 2:
         return None
     try:
-        return positions(made, start, end, **options)
+        return positions(steps, start, end, **options)
     except IndistinctEndsError:
         return None
 
@@ -254,10 +254,10 @@ def _as_dict(ladder: MixingLadder | None) -> dict[str, Any] | None:
 
 def _read(file: Path) -> dict[str, Any] | None:
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        content = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return found if isinstance(found, dict) else None
+    return content if isinstance(content, dict) else None
 
 
 def _file(name: str) -> str:

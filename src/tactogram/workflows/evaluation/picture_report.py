@@ -50,7 +50,7 @@ def picture_sections(
     blocks.append(
         ReportFigure(
             pictures_figure(
-                [cases(place, attention=True) for place in first], picture, attention_notes=notes
+                [cases(index, attention=True) for index in first], picture, attention_notes=notes
             ),
             "A crop of a photograph of the test part, the picture of a recording of the same material (a weak pair: it "
             "is not of the same place), the generated picture, and the Grad-CAM of the layer that its title names.",
@@ -60,7 +60,7 @@ def picture_sections(
     blocks.append(
         ReportFigure(
             failures_figure(
-                [cases(place) for place in range(len(errors))], errors, picture, measure="mean absolute error"
+                [cases(index) for index in range(len(errors))], errors, picture, measure="mean absolute error"
             ),
             "The worst, by measured error, one per material.",
         )
@@ -120,29 +120,29 @@ def compare_pictures(
     for name, run in runs.items():
         loaded = load_run(run)
         tested = pairs_of_test(loaded, training_and_test(loaded)[1])
-        found = generated_pairs(loaded, tested, MOST_PAIRS, progress)
-        first = next(iter(columns.values()), found)
-        if found.materials != first.materials or not torch.equal(found.photo, first.photo):
+        column = generated_pairs(loaded, tested, MOST_PAIRS, progress)
+        first = next(iter(columns.values()), column)
+        if column.materials != first.materials or not torch.equal(column.photo, first.photo):
             raise ParameterError(
                 f"{run}: tested on other pairs than {next(iter(columns))}; train on one split"
             )
-        columns[name], picture = found, picture_generator(loaded).translation.picture
+        columns[name], picture = column, picture_generator(loaded).translation.picture
         if name in attention:
-            photo = found.photo[[places[0] for places in found.by_material().values()][:MOST_SHOWN]]
+            photo = column.photo[[places[0] for places in column.by_material().values()][:MOST_SHOWN]]
             model = picture_generator(loaded)
             maps[name], notes[name] = _attention(model, photo), attention_note(model.gan.bare_generator)
     if picture is None:
         raise ParameterError("at least one run is needed, got none")
-    one = next(iter(columns.values()))
+    reference = next(iter(columns.values()))
     cases = [
         PictureCase(
             material,
-            one.photo[places[0]],
-            {"recorded": one.real[places[0]]}
+            reference.photo[places[0]],
+            {"recorded": reference.real[places[0]]}
             | {name: pairs.made[places[0]] for name, pairs in columns.items()},
             {name: values[row] for name, values in maps.items()} or None,
         )
-        for row, (material, places) in enumerate(list(one.by_material().items())[:MOST_SHOWN])
+        for row, (material, places) in enumerate(list(reference.by_material().items())[:MOST_SHOWN])
     ]
     return save_figure(out, pictures_figure(cases, picture, attention_notes=notes))
 
@@ -150,12 +150,12 @@ def compare_pictures(
 def _cases(loaded: LoadedRun, pairs: PicturePairs) -> Any:
     model = picture_generator(loaded)
 
-    def case(place: int, *, attention: bool = False) -> PictureCase:
-        pictures = {"recorded": pairs.real[place], "made": pairs.made[place]}
+    def case(index: int, *, attention: bool = False) -> PictureCase:
+        pictures = {"recorded": pairs.real[index], "made": pairs.made[index]}
         maps = None
         if attention:
-            maps = {"made": _attention(model, pairs.photo[place : place + 1])[0]}
-        return PictureCase(pairs.materials[place], pairs.photo[place], pictures, maps)
+            maps = {"made": _attention(model, pairs.photo[index : index + 1])[0]}
+        return PictureCase(pairs.materials[index], pairs.photo[index], pictures, maps)
 
     return case
 
@@ -224,12 +224,12 @@ def generated_pairs(
     """Return at most ``most`` of the pairs, evenly spread, with the pictures that the run generates."""
     model = picture_generator(loaded)
     places = np.unique(np.linspace(0, len(pairs) - 1, min(len(pairs), most)).round().astype(int))
-    batches, made, correct = [], [], []
+    batches, generated, correct = [], [], []
     with torch_seeded(loaded.recipe.seed, "judge pictures"):  # pix2pix draws its dropout in use
         for begin in range(0, len(places), BATCH):
             batch = pairs.batch(places[begin : begin + BATCH])
             batches.append(batch)
-            made.append(model.make(batch.photo).float().cpu())
+            generated.append(model.make(batch.photo).float().cpu())
             if model.predictor is not None:
                 correct.append(model.predictor.probabilities(batch.photo).argmax(1).cpu() == batch.label)
             progress("make pictures", begin + len(batch.photo), len(places))
@@ -237,7 +237,7 @@ def generated_pairs(
     return PicturePairs(
         torch.cat([batch.photo for batch in batches]),
         torch.cat([batch.picture for batch in batches]),
-        torch.cat(made),
+        torch.cat(generated),
         tuple(source.material for source in sources),
         float(torch.cat(correct).float().mean()) if correct else None,
     )

@@ -70,24 +70,24 @@ def _evaluated(
     train, test = training_and_test(loaded)
     tested = pairs_of_test(loaded, test)
     pairs = generated_pairs(loaded, tested, most, progress)
-    found = asdict(PictureEvaluator(picture, weights=weights)(pairs.real, pairs.made))
+    figures = asdict(PictureEvaluator(picture, weights=weights)(pairs.real, pairs.made))
     plain = PictureEvaluator(picture, networks=False)
-    found["per_material"] = {
+    figures["per_material"] = {
         name: plain(pairs.real[places], pairs.made[places]).values["log_spectral_distance_db"]
         for name, places in pairs.by_material().items()
         if len(places) > 1
     }
     if pairs.label_accuracy is not None:
-        found["label_accuracy"] = pairs.label_accuracy
+        figures["label_accuracy"] = pairs.label_accuracy
     leak = pair_leak(translation.pairs(train), tested)
-    found["leak"] = asdict(leak) | {"leaks": leak.leaks}
+    figures["leak"] = asdict(leak) | {"leaks": leak.leaks}
     losses = _inversion(loaded, pairs, train, test, progress)
-    found["inversion"] = {
+    figures["inversion"] = {
         name: asdict(loss) | {"network": loss.network, "share_of_inversion": loss.share_of_inversion}
         for name, loss in losses.items()
     }
-    found |= {"split": loaded.run.data["split"], "simulated": loaded.simulated}
-    return found, pairs, losses
+    figures |= {"split": loaded.run.data["split"], "simulated": loaded.simulated}
+    return figures, pairs, losses
 
 
 def _inversion(
@@ -106,7 +106,7 @@ def _inversion(
     losses = []
     for done, (name, (real, others)) in enumerate(held.items(), 1):
         if real:
-            made = pairs.made[places[name][:MOST_INVERTED]]
-            losses.append(inversion_loss(real, made, picture, others=others, seed=loaded.recipe.seed))
+            generated = pairs.made[places[name][:MOST_INVERTED]]
+            losses.append(inversion_loss(real, generated, picture, others=others, seed=loaded.recipe.seed))
         progress("invert pictures", done, len(held))
     return mean_loss(losses) if losses else {}

@@ -75,9 +75,9 @@ def crossval_ratings(request: CrossvalRequest, progress: ProgressCallback = sile
     ratings = rated.ratings.select(items=items)
     parts = _all_parts(held_out, items, ratings.raters, folds, repeats=repeats, seed=recipe.seed)
     data = _RatedData(request.for_workers(), rated.kind(examples), examples, ratings)
-    found, described_by = _predicted(setup, data, parts, held_out, folder, progress)
+    predictions, described_by = _predicted(setup, data, parts, held_out, folder, progress)
     figures: dict[str, Any] = {
-        **found.as_dict(seed=recipe.seed),
+        **predictions.as_dict(seed=recipe.seed),
         **description,
         "folds": folds,
         "repeats": repeats,
@@ -90,8 +90,8 @@ def crossval_ratings(request: CrossvalRequest, progress: ProgressCallback = sile
     }
     folder.mkdir(parents=True, exist_ok=True)
     title = "Simulated raters" if store.simulated else ""
-    figures["report"] = str(_report(folder / "report.html", found, figures))
-    write_results(folder, figures, "words.png", prediction_figure(found, figures, title=title))
+    figures["report"] = str(_report(folder / "report.html", predictions, figures))
+    write_results(folder, figures, "words.png", prediction_figure(predictions, figures, title=title))
     return figures
 
 
@@ -131,17 +131,17 @@ def _predicted(
     values = _part_values(setup, data, parts, folder, progress)
     ratings = data.ratings
     rows = len(parts) if held_out == "rater" else parts[-1][0] + 1
-    found = {
+    arrays = {
         name: np.full((rows, len(ratings.items), len(ratings.words)), np.nan)
         for name in ("scores", "constant", "truth")
     }
-    place = {item: number for number, item in enumerate(ratings.items)}
+    index_of = {item: number for number, item in enumerate(ratings.items)}
     for number, ((repeat, unseen_items, _), value) in enumerate(zip(parts, values, strict=True)):
         row = number if held_out == "rater" else repeat
-        at = [place[item] for item in sorted(unseen_items or ratings.items)]
-        for name, array in found.items():
-            array[row, at] = value[name]
-    return PredictedRatings(ratings.words, ratings.items, **found, cube=ratings.cube), values[-1][
+        columns = [index_of[item] for item in sorted(unseen_items or ratings.items)]
+        for name, array in arrays.items():
+            array[row, columns] = value[name]
+    return PredictedRatings(ratings.words, ratings.items, **arrays, cube=ratings.cube), values[-1][
         "described_by"
     ]
 
@@ -167,7 +167,7 @@ def _part_values(
         **setup.recipe.resolved(setup.config),
     }
     held_out = [[part[0], *map(sorted, part[1:])] for part in parts]
-    ids = [run_id(facts | {"held_out": one}, setup.store.sha256) for one in held_out]
+    ids = [run_id(facts | {"held_out": fold}, setup.store.sha256) for fold in held_out]
     values = kept_values(
         partial(_part_value, data=data),
         list(enumerate(parts, start=1)),
@@ -216,12 +216,12 @@ def predicted_scores(
     learner: Model, examples: Sequence[Rateable], items: Sequence[str]
 ) -> NDArray[np.float64]:
     """Return the scores predicted of each of ``items``, the mean over its examples, shape (item, word)."""
-    found: dict[str, list[list[float]]] = {item: [] for item in items}
+    scores: dict[str, list[list[float]]] = {item: [] for item in items}
     for example in examples:
-        if str(example.item) in found:
-            given = example.signal if isinstance(example, Example) else example.image
-            found[str(example.item)].append(list(learner.predict(given).values()))
-    return np.array([np.mean(found[item], axis=0) for item in items])
+        if str(example.item) in scores:
+            stimulus = example.signal if isinstance(example, Example) else example.image
+            scores[str(example.item)].append(list(learner.predict(stimulus).values()))
+    return np.array([np.mean(scores[item], axis=0) for item in items])
 
 
 def _parts(
@@ -242,7 +242,7 @@ def _known(examples: Sequence[Rateable], items: frozenset[str], people: frozense
     kept = [example for example in examples if str(example.item) not in items]
     if not people:
         return kept
-    found = []
+    training = []
     for example in kept:
         rated = example.rated
         if rated is None:
@@ -250,8 +250,8 @@ def _known(examples: Sequence[Rateable], items: frozenset[str], people: frozense
         others = [n for n, name in enumerate(rated.raters) if name not in people]
         if others:
             scores = ItemRatings(rated.words, tuple(rated.raters[n] for n in others), rated.scores[others])
-            found.append(replace(example, rated=scores))
-    return found
+            training.append(replace(example, rated=scores))
+    return training
 
 
 def _rows(ratings: Ratings, items: Sequence[str]) -> NDArray[np.float64]:
@@ -275,7 +275,7 @@ def _described(held_out: HeldOut, folds: int, repeats: int) -> str:
     return f"{folds} folds by item and rater at once{again}: unseen items, judged by unseen raters"
 
 
-def _report(path: Path, found: PredictedRatings, figures: Mapping[str, Any]) -> Path:
+def _report(path: Path, predictions: PredictedRatings, figures: Mapping[str, Any]) -> Path:
     mean, data = figures["mean"], figures["data"]
     human = (
         "There is one score per item and word: how well people agree is not known."
@@ -297,7 +297,7 @@ def _report(path: Path, found: PredictedRatings, figures: Mapping[str, Any]) -> 
                 [
                     words_table(figures),
                     ReportFigure(
-                        prediction_figure(found, figures),
+                        prediction_figure(predictions, figures),
                         "Bars: standard deviation over repetitions. Right: each dot an item and word.",
                     ),
                 ],

@@ -57,7 +57,7 @@ def evaluate_predictor(
     held = ratings.select(items=items)
     guess = _trained_mean(loaded)
     shape = (1, *held.means.shape)
-    found = PredictedRatings(
+    predictions = PredictedRatings(
         ratings.words,
         items,
         predicted_scores(loaded.predictor, examples, items)[None],
@@ -65,11 +65,11 @@ def evaluate_predictor(
         held.means[None],
         held.cube,
     )
-    figures = found.as_dict()
+    figures = predictions.as_dict()
     facts = loaded.facts_on(store, f"{len(items)} rated items {described}")
     facts["described_by"] = loaded.model.feature_description
     caption = "Mean absolute errors, points of the scale. " + ("Simulated raters." if store.simulated else "")
-    picture = ReportFigure(prediction_figure(found, figures), "Right: each dot an item and word.")
+    picture = ReportFigure(prediction_figure(predictions, figures), "Right: each dot an item and word.")
     return facts | figures, [ReportSection("Words", [words_table(figures, caption=caption), picture])]
 
 
@@ -82,8 +82,8 @@ def predicted_ratings(run: Path | str | LoadedRun, given: Mapping[str, Signal | 
     if loaded.facts.task != "prediction" or loaded.any_kind.scale is None:
         raise ParameterError(f"{loaded.run.name}: {loaded.facts.name} is not a predictor of scores")
     rows = []
-    for item, one in given.items():
-        prepared = loaded.prepare(one) if isinstance(one, Signal) else one
+    for item, stimulus in given.items():
+        prepared = loaded.prepare(stimulus) if isinstance(stimulus, Signal) else stimulus
         rows += [(item, word, score) for word, score in loaded.model.predict(prepared).items()]
     low, high = loaded.any_kind.scale
     return Ratings(
@@ -114,13 +114,13 @@ def evaluate_reproduction(
     one. ``out`` is the PNG figure, with a JSON file of the result next to it: `Reproduction.as_dict`, ``beside`` and
     ``figure``.
     """
-    found = reproduction(
+    errors = reproduction(
         ratings,
         {name: np.asarray(row, np.float64) for name, row in targets.items()},
         conditions=conditions,
         told_by=told_by,
     )
-    figures = found.as_dict()
+    figures = errors.as_dict()
     lines = {
         "constant guess, without a rater's noise": constant_error(
             {n: np.asarray(r) for n, r in targets.items()}

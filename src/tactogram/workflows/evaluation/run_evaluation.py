@@ -126,8 +126,8 @@ def _evaluated_on_recordings(
         if data is None and generates_pictures(loaded):
             results["pictures"], more = evaluate_run_pictures(loaded, progress=progress)
             sections += more
-        found, more = _as_published(loaded.model, known)
-        results |= found
+        published, more = _as_published(loaded.model, known)
+        results |= published
         sections += more
     else:
         results, sections = _evaluated_classifier(loaded, known, others, progress)
@@ -145,8 +145,8 @@ def _evaluated_within(
     sections: list[ReportSection] = []
     if generates_pictures(loaded):
         figures["pictures"], sections = evaluate_run_pictures(loaded, progress=progress)
-    found, more = _as_published(loaded.model, _trained_on(loaded))
-    return figures | found, sections + more + _training_section(loaded)
+    published, more = _as_published(loaded.model, _trained_on(loaded))
+    return figures | published, sections + more + _training_section(loaded)
 
 
 def _training_section(loaded: LoadedRun) -> list[ReportSection]:
@@ -159,22 +159,22 @@ def _training_section(loaded: LoadedRun) -> list[ReportSection]:
 def _as_published(model: Model, examples: Sequence[Example]) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return ``as_published`` and its section, if there are such figures; or why these recordings do not allow it."""
     try:
-        found = model.evaluate_as_published(examples)
+        published = model.evaluate_as_published(examples)
     except ParameterError as error:
         why = f"Not evaluated as published: {error}"
         return {"as_published": None, "as_published_missing": why}, [
             ReportSection("As published", [ReportText(why)])
         ]
-    return ({"as_published": found}, [_published_section(found)]) if found else ({}, [])
+    return ({"as_published": published}, [_published_section(published)]) if published else ({}, [])
 
 
-def _published_section(found: dict[str, Any]) -> ReportSection:
+def _published_section(figures: dict[str, Any]) -> ReportSection:
     """Return the figures that a publication reports, with those it omits."""
-    names = list(next(iter(found["per_material"].values())))
-    rows = [(material, *row.values()) for material, row in found["per_material"].items()]
-    rows.append(("mean", *(found["mean"][name] for name in names)))
+    names = list(next(iter(figures["per_material"].values())))
+    rows = [(material, *row.values()) for material, row in figures["per_material"].items()]
+    rows.append(("mean", *(figures["mean"][name] for name in names)))
     text = "Squared errors as published, and distances that are blind to phase. " + ", ".join(
-        f"{name} {value:.4g}" for name, value in found["mean"].items() if name not in names
+        f"{name} {value:.4g}" for name, value in figures["mean"].items() if name not in names
     )
     return ReportSection("As published", [ReportTable(("material", *names), rows, text)])
 

@@ -51,7 +51,7 @@ def evaluate_images(
     labels, described, store = _labels(loaded, generator)
     low, high = loaded.any_kind.scale or (0.0, 1.0)
     words = loaded.any_kind.words
-    made = [
+    images = [
         [
             _image(generator, dict(zip(words, (low + (high - low) * row).tolist(), strict=True)), seed)
             for seed in range(DRAWS)
@@ -73,7 +73,7 @@ def evaluate_images(
             ReportText(f"Collapsed: {spread.collapse}." if spread.collapse else "No collapse found."),
         ]
     if scorer is not None:
-        result = label_fidelity(np.stack(list(labels.values())), _predicted(scorer, made, words))
+        result = label_fidelity(np.stack(list(labels.values())), _predicted(scorer, images, words))
         told_by = "a rater model" + (" of simulated raters" if scorer.simulated else "")
         figures |= {"following": result.as_dict(), "told_by": told_by, "rater": scorer.run.data["run_id"]}
         text = f"Scores of 0 to 1, {len(labels)} labels, {DRAWS} noises each, rated by {told_by}."
@@ -85,9 +85,9 @@ def evaluate_images(
             *((f"correlation, {word}", value) for word, value in zip(words, result.by_word, strict=True)),
         ]
         blocks.append(ReportTable(("follows its label", ""), values, text))
-    trials = [[row[trial] for row in made] for trial in range(SHOWN)]
+    trials = [[row[trial] for row in images] for trial in range(SHOWN)]
     metrics = loaded.run.metrics()
-    losses = {n: found for n in LOSSES if (found := [(m["step"], m[n]) for m in metrics if n in m])}
+    losses = {n: curve for n in LOSSES if (curve := [(m["step"], m[n]) for m in metrics if n in m])}
     title = f"{loaded.run.name}{', simulated data' if figures['data']['simulated'] else ''}"
     figure = generated_figure([GeneratorRow("", trials, losses)], list(labels), title=title)
     blocks.append(ReportFigure(figure, "Images of each label from two noises, and the losses."))
@@ -101,10 +101,10 @@ def _generator(loaded: LoadedRun) -> Model:
 
 
 def _image(generator: Model, words: dict[str, float], seed: int) -> Image:
-    made = generator.generate({"words": words}, seed=seed)
-    if not isinstance(made, Image):
+    image = generator.generate({"words": words}, seed=seed)
+    if not isinstance(image, Image):
         raise ParameterError("a generator of images generated a signal")
-    return made
+    return image
 
 
 def _rater_of(loaded: LoadedRun, rater: Path | str | LoadedRun | None) -> LoadedRun | None:
@@ -149,11 +149,11 @@ def _some(means: dict[str, Array]) -> dict[str, Array]:
     """Return `LABELS` of them, evenly spaced."""
     names = sorted(means)
     places = np.linspace(0, len(names) - 1, min(len(names), LABELS)).round().astype(int)
-    return {names[place]: means[names[place]] for place in places}
+    return {names[index]: means[names[index]] for index in places}
 
 
-def _predicted(scorer: LoadedRun, made: list[list[Image]], words: tuple[str, ...]) -> Array:
+def _predicted(scorer: LoadedRun, images: list[list[Image]], words: tuple[str, ...]) -> Array:
     """Return the rater's scores of each image, 0 to 1, shape (label, draw, word)."""
     low, high = scorer.any_kind.scale or (0.0, 1.0)
-    scores = [[scorer.predictor.predict(image) for image in row] for row in made]
+    scores = [[scorer.predictor.predict(image) for image in row] for row in images]
     return (np.array([[[one[word] for word in words] for one in row] for row in scores]) - low) / (high - low)

@@ -73,12 +73,12 @@ def generate_rated_surfaces(run: Path | str | LoadedRun, *, seed: int = 0) -> Wo
     for item, example in sorted(surfaces.items()):
         words = dict(zip(ratings.words, means[item].tolist(), strict=True))
         try:
-            made = loaded.generator.generate({"words": words, "vibration": example.signal}, seed=seed)
+            signal = loaded.generator.generate({"words": words, "vibration": example.signal}, seed=seed)
         except FailedTrainingError as error:
             failed[item] = error.message.problem
             continue
-        if isinstance(made, Signal):
-            signals[item] = made
+        if isinstance(signal, Signal):
+            signals[item] = signal
     kind = loaded.kind
     return WordGenerationResult(
         signals,
@@ -113,8 +113,8 @@ def evaluate_rated_surfaces(
             ),
         )
     scorer = rater if isinstance(rater, LoadedRun) else load_run(rater)
-    made = generate_rated_surfaces(loaded, seed=seed)
-    scale = (made.ratings.scale.low, made.ratings.scale.high)
+    result = generate_rated_surfaces(loaded, seed=seed)
+    scale = (result.ratings.scale.low, result.ratings.scale.high)
     if scorer.any_kind.scale != scale:
         raise ParameterError(
             scorer.run.name,
@@ -122,12 +122,12 @@ def evaluate_rated_surfaces(
             parameter="rater",
         )
     name = loaded.run.name
-    kinds = {STRAIGHT: made.straight, NEAREST: made.nearest, name: made.signals}
-    given = {f"{kind}/{item}": one for kind, held in kinds.items() for item, one in held.items()}
+    kinds = {STRAIGHT: result.straight, NEAREST: result.nearest, name: result.signals}
+    signals = {f"{kind}/{item}": signal for kind, held in kinds.items() for item, signal in held.items()}
     told_by = "a rater model" + (" of simulated raters" if scorer.simulated else "")
     figures = evaluate_reproduction(
-        predicted_ratings(scorer, given).in_words(made.ratings.words),
-        made.targets,
+        predicted_ratings(scorer, signals).in_words(result.ratings.words),
+        result.targets,
         conditions=tuple(kinds),
         told_by=told_by,
         out=loaded.run.folder / "reproduction.png",
@@ -139,14 +139,14 @@ def evaluate_rated_surfaces(
         "data": {
             "name": loaded.run.data["name"],
             "sha256": loaded.run.data["sha256"],
-            "split": f"{len(made.targets)} rated surfaces, one recording each: {made.recordings}",
+            "split": f"{len(result.targets)} rated surfaces, one recording each: {result.recordings}",
             "simulated": simulated,
         },
         "rater": {
             "run": scorer.run.data["run_id"],
             "described_by": scorer.model.feature_description,
         },
-        "failed": dict(made.failed),
+        "failed": dict(result.failed),
     }
     rows = [(n, r["mae"], r["se"], r["targets"]) for n, r in figures["conditions"].items()]
     rows += [(n, value, None, "–") for n, value in figures["beside"].items()]
@@ -158,7 +158,7 @@ def evaluate_rated_surfaces(
             f"{NEAREST!r}, or of a copy, are closer than those of an unknown signal.",
         ),
     ]
-    blocks += [ReportText(f"{item}: {why}.") for item, why in made.failed.items()]
+    blocks += [ReportText(f"{item}: {why}.") for item, why in result.failed.items()]
     return facts | figures, [ReportSection("Ratings of the signals", blocks)]
 
 

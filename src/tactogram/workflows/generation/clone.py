@@ -132,9 +132,9 @@ def clone(
     for name, values, default in zip(NAMES, (speeds, forces), (SPEEDS_MM_S, FORCES_N), strict=True):
         known = {name: ranges[name]} if name in ranges else {}
         limited += [
-            str(found) for value in {*values} - {*default} for found in limits_within({name: value}, known)
+            str(limit) for value in {*values} - {*default} for limit in limits_within({name: value}, known)
         ]
-    made = strokes_of(
+    generated = strokes_of(
         loaded,
         surfaces,
         ranges,
@@ -147,7 +147,7 @@ def clone(
     )
     store = create_store(
         strokes,
-        made,
+        generated,
         name=f"clones of {', '.join(surfaces)}",
         licence="that of the recordings",
         source=f"tactogram clone, by {run_provenance(loaded, seed)['run']}",

@@ -39,17 +39,17 @@ def live_map(
 
     ``condition`` describes it to a run that predicts surfaces within ``ranges`` (`Model.predicted_ranges`).
     """
-    at, described = _grid((SPEEDS_MM_S, FORCES_N), ranges), within(run, condition)
+    pairs, described = _grid((SPEEDS_MM_S, FORCES_N), ranges), within(run, condition)
     strokes = [
         run.generate(
             {**described, **_known(pair)},
             seconds=STROKE_S,
             seed=child_seed(seed, "clone", number),
         )
-        for number, pair in enumerate(at, start=1)
+        for number, pair in enumerate(pairs, start=1)
     ]
     models = [fit_modulated_noise(stroke) for stroke in strokes if isinstance(stroke, Signal)]
-    return NoiseMap(models, np.array(at, np.float64))
+    return NoiseMap(models, np.array(pairs, np.float64))
 
 
 def _grid(
@@ -85,7 +85,7 @@ def described_surfaces(
 ) -> tuple[dict[str, Mapping[str, Any]], list[str]]:
     """Return the condition that describes each surface, by name, and what is outside of what the model learned."""
     limited: list[str] = []
-    found: dict[str, Mapping[str, Any]] = {}
+    surfaces: dict[str, Mapping[str, Any]] = {}
     known = {"vibration_speed_mm_s": speed, "vibration_force_n": force}
     names = [
         *(Path(file).stem for file in (*recordings, *images)),
@@ -98,18 +98,18 @@ def described_surfaces(
         )
     for file in map(Path, recordings):
         recording = read_signal(file, **reading)
-        found[file.stem] = {"vibration": loaded.prepare_vibration(recording), **known}
+        surfaces[file.stem] = {"vibration": loaded.prepare_vibration(recording), **known}
         notes = *limits(loaded, known), *loaded.missing_band(recording)
         limited += [Message(note, place=file.stem) for note in notes]
-    found |= {Path(file).stem: {"image": read_image(file)} for file in images}
-    found |= {name: {"material": name} for name in materials}
+    surfaces |= {Path(file).stem: {"image": read_image(file)} for file in images}
+    surfaces |= {name: {"material": name} for name in materials}
     if words:
         asked = {"words": some_words(loaded, words)}
-        found[WORDS], limited = within(loaded, asked), [*limited, *map(str, limits(loaded, asked))]
-    if not found:
+        surfaces[WORDS], limited = within(loaded, asked), [*limited, *map(str, limits(loaded, asked))]
+    if not surfaces:
         others = (Remedy("", name) for name in ("images", "materials", "words"))
         raise ParameterError("nothing to clone", remedy=(Remedy("give a recording of a surface"), *others))
-    return found, limited
+    return surfaces, limited
 
 
 def strokes_of(
@@ -131,22 +131,22 @@ def strokes_of(
     known_speed, known_force = recorded_at
     recorded = {
         name: (known_speed, known_force or middle)
-        for name, given in surfaces.items()
-        if known_speed and "vibration" in given and given["vibration"].seconds >= LEAST_S
+        for name, condition in surfaces.items()
+        if known_speed and "vibration" in condition and condition["vibration"].seconds >= LEAST_S
     }
     for name, (speed, force) in recorded.items():
         yield _stroke(name, surfaces[name]["vibration"], speed, force, simulated=False)
-    at = [(name, pair) for name in surfaces for pair in grid]
-    for number, (name, pair) in enumerate(at, start=1):
+    planned = [(name, pair) for name in surfaces for pair in grid]
+    for number, (name, pair) in enumerate(planned, start=1):
         if recorded.get(name) == pair:
             continue
-        made = loaded.generate(
+        stroke = loaded.generate(
             {**surfaces[name], **_known(pair)},
             seconds=seconds,
             seed=child_seed(seed, "clone", number),
         )
-        progress("generate", number, len(at))
-        yield _stroke(name, made, *pair, simulated=True)
+        progress("generate", number, len(planned))
+        yield _stroke(name, stroke, *pair, simulated=True)
 
 
 def _stroke(

@@ -88,8 +88,8 @@ def generate(
         _check_motion(loaded)
     condition = within(loaded, with_materials(loaded, condition))
     first, *others = seeds_of(seed, count)
-    made = loaded.generate(condition, seconds=seconds, seed=first)
-    return chain((made,), (loaded.generate(condition, seconds=seconds, seed=drawn) for drawn in others))
+    result = loaded.generate(condition, seconds=seconds, seed=first)
+    return chain((result,), (loaded.generate(condition, seconds=seconds, seed=drawn) for drawn in others))
 
 
 def limits(run: LoadedRun, condition: Condition) -> list[Limit]:
@@ -188,15 +188,15 @@ def generate_files(
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
     how = Reading(loaded, reading or {}, seconds, seed)
     condition = {**condition, **how.condition(options or {})}
-    found = condition_facts(loaded, condition)
+    described = condition_facts(loaded, condition)
     if how.limited:
-        found["limited"] = [*found.get("limited", ()), *how.limited]
+        described["limited"] = [*described.get("limited", ()), *how.limited]
     if count > 1 and loaded.model.variation:
-        found["differ_by"] = loaded.model.variation
-    facts = run_provenance(loaded, seed) | _named(condition) | how.files | found
+        described["differ_by"] = loaded.model.variation
+    facts = run_provenance(loaded, seed) | _named(condition) | how.files | described
     return [
         write_made(numbered(out, number, count), made, facts | {"number": number}, simulated=loaded.simulated)
-        | found
+        | described
         for number, made in enumerate(
             generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
@@ -221,19 +221,19 @@ class Reading:
     def condition(self, options: Mapping[str, Any]) -> dict[str, Any]:
         """Return the condition that the values of options state; None states nothing."""
         check_options(options)
-        known, found = condition_options(), {}
+        known, condition = condition_options(), {}
         for name, value in options.items():
             if value is None:
                 continue
-            one, option = known[name]
+            condition_type, option = known[name]
             if option.read:
                 module, _, function = option.read.partition(":")
-                found[one.name] = getattr(import_module(module), function)(value, self)
+                condition[condition_type.name] = getattr(import_module(module), function)(value, self)
             else:
-                found[one.name] = value
+                condition[condition_type.name] = value
             if option.file:
                 self.files[option.file] = Path(value).name
-        return found
+        return condition
 
 
 def read_photograph(file: Path | str, how: Reading) -> Image:
@@ -265,14 +265,14 @@ def condition_facts(run: LoadedRun, condition: Condition, recorded: Signal | Non
     ``recorded`` is the condition's vibration as it was recorded.
     """
     asked, text = with_materials(run, condition), condition.get("text")
-    found = {} if text is None else {"text": text} | {k: asked[k] for k in ("material",) if k in asked}
-    found |= description_facts(run, asked)
+    facts = {} if text is None else {"text": text} | {k: asked[k] for k in ("material",) if k in asked}
+    facts |= description_facts(run, asked)
     if origins := set_from(run, asked.get("material")):
-        found["set_from"] = origins
+        facts["set_from"] = origins
     missing = [] if recorded is None else run.missing_band(recorded)
     if limited := [*map(str, limits(run, asked)), *missing]:
-        found["limited"] = limited
-    return found
+        facts["limited"] = limited
+    return facts
 
 
 def suffixes_for(gives: str) -> tuple[str, ...]:
@@ -344,22 +344,22 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text of a mix
     is like none of them; `MissingExtraError` without the extra ``text``.
     """
-    found = dict(condition)
-    text = found.pop("text", None)
+    asked = dict(condition)
+    text = asked.pop("text", None)
     if text is None:
-        return found
-    if found.get("material") is not None:
+        return asked
+    if asked.get("material") is not None:
         raise ParameterError("conditions 'material' and 'text' describe the surface twice; give one of them")
     materials = run.any_kind.materials
     if "material" not in run.facts.conditions or not materials:
         raise ParameterError(f"condition 'text' needs a run that knows materials; {run.run.name} knows none")
     if not isinstance(text, str) or not text.strip():
         raise ParameterError.must("text", "describe a material, e.g. 'corrugated cardboard'", text)
-    if found.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
-        return found | {"material": {named[0]: 1.0}}
+    if asked.get("image") is None and (named := [name for name in materials if plain(name) == plain(text)]):
+        return asked | {"material": {named[0]: 1.0}}
     if run.model.prediction_facts(condition):
-        return found | {"text": text}
-    return found | {"material": describe(text, materials, synonyms=SYNONYMS)}
+        return asked | {"text": text}
+    return asked | {"material": describe(text, materials, synonyms=SYNONYMS)}
 
 
 def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict[str, str]:

@@ -82,8 +82,8 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
         If the file has no row, two rows for one file, or two options of one condition in a row.
     """
     if path.suffix.lower() == ".toml":
-        found = read_toml(path).get("condition", [])
-        numbered = list(enumerate(found if isinstance(found, list) else [found], start=1))
+        tables = read_toml(path).get("condition", [])
+        numbered = list(enumerate(tables if isinstance(tables, list) else [tables], start=1))
     else:
         numbered = [
             (number, {name: cell for name, cell in cells.items() if cell})
@@ -92,7 +92,7 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
     if not numbered:
         raise DataError(path, "must have a condition in each row (TOML: [[condition]]), found none")
     width, rows, columns = len(str(len(numbered))), [], _columns()
-    for place, (number, values) in enumerate(numbered, start=1):
+    for position, (number, values) in enumerate(numbered, start=1):
         where = f"{path}: row {number}"
         stated = validated(columns, values, where=where).model_dump(exclude_none=True)
         try:
@@ -104,7 +104,7 @@ def read_conditions(path: Path, *, suffix: str) -> list[ConditionRow]:
             if option.file and name in stated and stated[name] != SIMULATED:
                 stated[name] = absolute(path.parent / stated[name])
         rows.append(
-            ConditionRow(own["file"] or f"{place:0{width}}{suffix}", stated, own["seconds"], own["seed"])
+            ConditionRow(own["file"] or f"{position:0{width}}{suffix}", stated, own["seconds"], own["seed"])
         )
     if len({row.file for row in rows}) < len(rows):
         raise DataError(path, "every row must have a file of its own")

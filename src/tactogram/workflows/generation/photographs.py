@@ -23,19 +23,19 @@ def description_facts(loaded: LoadedRun, condition: Condition) -> dict[str, Any]
     describes its photographs; ``prediction``, as of `tactogram.model.Model.prediction_facts`.
     """
     predicted = loaded.model.prediction_facts(condition)
-    found: dict[str, Any] = {"prediction": predicted} if predicted else {}
+    facts: dict[str, Any] = {"prediction": predicted} if predicted else {}
     if (image := condition.get("image")) is None:
-        return found
+        return facts
     try:
         material, confidence = loaded.model.classify_photograph(image)
-        found |= {"classified_as": material}
-        found |= {} if confidence is None else {"confidence": round(float(confidence), 4)}
+        facts |= {"classified_as": material}
+        facts |= {} if confidence is None else {"confidence": round(float(confidence), 4)}
     except ParameterError:  # a model, or a variant, that does not
         pass
     if (known := known_photographs(loaded.run)) is not None:
         nearest = known.nearest(image)
-        found |= {"nearest_photograph": nearest.material, "novelty": round(nearest.novelty, 4)}
-    return found
+        facts |= {"nearest_photograph": nearest.material, "novelty": round(nearest.novelty, 4)}
+    return facts
 
 
 def description_text(facts: Mapping[str, Any]) -> str:
@@ -61,18 +61,16 @@ def _photograph_text(facts: Mapping[str, Any]) -> str:
     )
 
 
-def _prediction_text(found: Mapping[str, Any]) -> str:
-    given = " and ".join("photograph" if name == "image" else name for name in found["given"])
-    which = f"of this run's {found['materials']} materials"
-    if found.get("nearest"):
+def _prediction_text(facts: Mapping[str, Any]) -> str:
+    inputs = " and ".join("photograph" if name == "image" else name for name in facts["given"])
+    which = f"of this run's {facts['materials']} materials"
+    if facts.get("nearest"):
         return f"taken for the material of the nearest photograph {which}, too few to predict another"
-    if "explained" not in found:
-        return f"the mean of all materials was generated: {which}, too few show what the {given} tells"
-    share, low, high = (100 * each for each in (found["explained"], *found["explained_range"]))
+    if "explained" not in facts:
+        return f"the mean of all materials was generated: {which}, too few show what the {inputs} tells"
+    share, low, high = (100 * each for each in (facts["explained"], *facts["explained_range"]))
     explains = f"explains {share:.0f} % ({low:.0f} to {high:.0f}) of the variance {which}, each left out"
-    if found["mean"]:
-        return f"the mean of all materials was generated, as the {given} may tell nothing: it {explains}"
-    unlike = "; the text is like no material's name, and counts for little" if found.get("unlike") else ""
-    return (
-        f"predicted from the {given}, which {explains}; standard deviation {found['error_db']:.1f} dB{unlike}"
-    )
+    if facts["mean"]:
+        return f"the mean of all materials was generated, as the {inputs} may tell nothing: it {explains}"
+    unlike = "; the text is like no material's name, and counts for little" if facts.get("unlike") else ""
+    return f"predicted from the {inputs}, which {explains}; standard deviation {facts['error_db']:.1f} dB{unlike}"

@@ -72,14 +72,14 @@ def ask(
         scale, or missing words, each by name.
     """
     names = _names(runs)
-    given = _checked(words or {}, names)
-    missing = [word for word in names if word not in given]
+    scores = _checked(words or {}, names)
+    missing = [word for word in names if word not in scores]
     if rest is not None and like is not None:
         raise ParameterError(
             "must fill missing scores alone", parameter="rest", remedy=Remedy("omit", "like")
         )
     if not missing or (rest is None and like is None and not any(map(needs_words, runs))):
-        return WordRequest(given)
+        return WordRequest(scores)
     if like is not None:
         means, source = _of_item(runs, like)
     elif rest == "mean":
@@ -95,7 +95,7 @@ def ask(
         )
     else:
         raise ParameterError.must("rest", "be mean", rest)
-    return WordRequest(given, {word: means[word] for word in missing}, source)
+    return WordRequest(scores, {word: means[word] for word in missing}, source)
 
 
 def some_words(run: LoadedRun, words: Mapping[str, float]) -> dict[str, float]:
@@ -130,20 +130,20 @@ def scale_of(run: LoadedRun) -> tuple[float, float]:
 
 def _checked(words: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
     """Return valid scores in the order of ``names``."""
-    given: dict[str, float] = {}
+    scores: dict[str, float] = {}
     for name, score in words.items():
         word = name if name in names else word_of(name) or name
-        if word in given:
+        if word in scores:
             raise ParameterError(f"words name {word!r} twice")
-        given[word] = float(score)
-    for word, score in given.items():
+        scores[word] = float(score)
+    for word, score in scores.items():
         if word not in names:
             raise ParameterError.must("words", f"be of {', '.join(names)}", word, choices=names)
         if not SEVEN_POINT.low <= score <= SEVEN_POINT.high:
             raise ParameterError(
                 f"{word} must be {SEVEN_POINT.low:g} to {SEVEN_POINT.high:g}, the raters' scale; got {score:g}"
             )
-    return {word: given[word] for word in names if word in given}
+    return {word: scores[word] for word in names if word in scores}
 
 
 def _on_scale(scores: Mapping[str, float], run: LoadedRun) -> dict[str, float]:

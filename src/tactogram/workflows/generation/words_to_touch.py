@@ -76,27 +76,27 @@ def generate_from_words(
     for rater in rater_models:
         if rater.facts.task != "prediction":
             raise ParameterError.must("raters", f"give scores, unlike {rater.facts.name} of {rater.run.name}")
-    made = [_made(run, request, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
+    results = [_made(run, request, recording, seconds=seconds, seed=seed, count=count) for run in loaded]
     notes: list[dict[str, Any]] = []
-    for number, pieces in enumerate(zip(*made, strict=True), start=1):
+    for number, pieces in enumerate(zip(*results, strict=True), start=1):
         names = [numbered(file, number, count).name for file in files]
         note = _note(loaded, rater_models, request, pieces, names) | {"seed": seed, "number": number}
         notes.append(note if vibration is None else note | {"vibration_from": Path(vibration).name})
     written: list[dict[str, Any]] = []
     for number, note in enumerate(notes, start=1):
-        for run, file, each in zip(loaded, files, made, strict=True):
+        for run, file, each in zip(loaded, files, results, strict=True):
             piece, taken = each[number - 1]
-            found = {
+            facts = {
                 "taken": taken,
                 "number": number,
                 "limited": note["made"][CALLED[run.facts.gives]]["limited"],
             }
-            metadata = run_provenance(run, seed) | request.as_dict() | found
+            metadata = run_provenance(run, seed) | request.as_dict() | facts
             row = write_made(numbered(file, number, count), piece, metadata, simulated=run.simulated)
             written.append(row | {"run": str(run.run.folder)})
         if not _is_file(out):
-            place = numbered(out / "scores.json", number, count)
-            write_text(place, json.dumps(note, indent=1, ensure_ascii=False) + "\n")
+            note_file = numbered(out / "scores.json", number, count)
+            write_text(note_file, json.dumps(note, indent=1, ensure_ascii=False) + "\n")
     return {"files": written, "scores": notes}
 
 
@@ -123,14 +123,14 @@ def _files(runs: Sequence[LoadedRun], out: Path) -> list[Path]:
         )
     if not _is_file(out):
         media = mimetypes.guess_type(out.name)[0] is not None and not out.is_dir()
-        if media or any(place.is_file() for place in (out, *out.parents)):
+        if media or any(path.is_file() for path in (out, *out.parents)):
             raise ParameterError.must("out", f"be a folder, {_shown(gives)}; got {out}")
         return [out / NAMES[g] for g in gives]
     if len(runs) > 1:
         raise ParameterError.must("out", f"be a folder for {len(runs)} runs", out)
-    wanted = suffixes_for(gives[0])
-    if out.suffix.lower() not in wanted:
-        problem = f"for {gives[0]}s must be a folder or end in {', '.join(wanted)}, got {out}"
+    suffixes = suffixes_for(gives[0])
+    if out.suffix.lower() not in suffixes:
+        problem = f"for {gives[0]}s must be a folder or end in {', '.join(suffixes)}, got {out}"
         raise ParameterError(problem, parameter="out")
     return [out]
 
@@ -201,7 +201,7 @@ def _predicted(
     rater_models: Sequence[LoadedRun], runs: Sequence[LoadedRun], pieces: Sequence[Signal | Image]
 ) -> dict[str, Any]:
     """Return the scores of rater models for each result they can read, on the 7-point scale."""
-    found: dict[str, Any] = {}
+    predicted: dict[str, Any] = {}
     for rater in rater_models:
         of_signals = isinstance(rater.any_kind, SignalKind)
         for run, piece in zip(runs, pieces, strict=True):
@@ -209,7 +209,7 @@ def _predicted(
                 continue
             scores = rater.predictor.predict(rater.prepare(piece) if isinstance(piece, Signal) else piece)
             low, high = scale_of(rater)
-            found[CALLED[run.facts.gives]] = {
+            predicted[CALLED[run.facts.gives]] = {
                 "by": "a rater model" + (" of simulated raters" if rater.simulated else ""),
                 "run": str(rater.run.folder),
                 "scores": {
@@ -217,7 +217,7 @@ def _predicted(
                     for word, score in scores.items()
                 },
             }
-    if not found:
+    if not predicted:
         names = ", ".join(rater.run.name for rater in rater_models)
         raise ParameterError(f"can score none of the results: {names}", parameter="raters")
-    return found
+    return predicted

@@ -44,9 +44,9 @@ def score_file(run: Path | str | LoadedRun, path: Path | str, **arguments: Any) 
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
     of_images = isinstance(loaded.any_kind, ImageKind)
-    given = read_image(path) if of_images else read_signal(path, **arguments)
+    stimulus = read_image(path) if of_images else read_signal(path, **arguments)
     try:
-        return score(loaded, given)
+        return score(loaded, stimulus)
     except ParameterError as error:
         if loaded.facts.task != "prediction":
             raise

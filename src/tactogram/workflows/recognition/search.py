@@ -71,8 +71,8 @@ def search(
     vector = surface_vector(loaded.embedder, loaded.prepare(signal_of(signal)))
     every = index.nearest(vector, len(index.ids))
     materials: dict[str, float] = {}
-    for found in every:
-        materials.setdefault(found["material"], found["distance"])
+    for neighbour in every:
+        materials.setdefault(neighbour["material"], neighbour["distance"])
     return {
         "nearest": every[:count],
         "materials": [{"material": m, "distance": d} for m, d in list(materials.items())[:count]],

@@ -93,7 +93,7 @@ def find_similar(
     ids, spectra, rates = _spectra(store, name, cache, progress)
     left_out = set(without)
     own = spectrum(signal)
-    found = []
+    distances = []
     for id, held, rate in zip(ids, spectra, rates.tolist(), strict=True):
         if id in left_out:
             continue
@@ -102,22 +102,22 @@ def find_similar(
         if n < 2 or n > min(len(own), len(held)):
             continue
         a, b = own[:n] - own[:n].mean(), held[:n] - held[:n].mean()
-        found.append((float(np.abs(a - b).mean()), id))
-    if not found:
+        distances.append((float(np.abs(a - b).mean()), id))
+    if not distances:
         raise ParameterError(
             f"{store.name}: no other recording of {name} that the signal can be compared with"
         )
-    found.sort()
-    nearest = [{"id": id, "material": store.info(id).material, "distance": d} for d, id in found[:count]]
+    distances.sort()
+    nearest = [{"id": id, "material": store.info(id).material, "distance": d} for d, id in distances[:count]]
     materials: dict[str | None, float] = {}
-    for distance, id in found:
+    for distance, id in distances:
         materials.setdefault(store.info(id).material, distance)
     return {
         "nearest": nearest,
         "materials": [{"material": m, "distance": d} for m, d in list(materials.items())[:count]],
         "measure": MEASURE,
         "stream": name,
-        "recordings": len(found),
+        "recordings": len(distances),
     }
 
 

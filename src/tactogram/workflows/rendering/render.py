@@ -74,16 +74,16 @@ def levels_of(display: Display) -> list[str]:
 
     t = np.arange(200) / 1000
     probe = np.sin(2 * np.pi * 100 * t) + 1.5
-    found = []
+    levels = []
     for text in ("physical", "sensation", "gain=0.1", "peak=0.5"):
         for unit in ("m/s^2", "N", "1"):
             try:
                 fit(Signal(probe.astype(np.float32), 1000, unit), display, level=parse_level(text))
             except (ParameterError, UnitError):
                 continue
-            found.append(text.partition("=")[0])
+            levels.append(text.partition("=")[0])
             break
-    return found
+    return levels
 
 
 @checked
@@ -162,8 +162,8 @@ def render(
         remedy = Remedy("give it with", "calibration")
         raise ParameterError("chooses among the people of a calibration", parameter="person", remedy=remedy)
     signal = read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
-    wanted = parse_level(level) if isinstance(level, str) else level
-    drive = fit(signal, known, level=wanted, axes=how, speed_mm_s=speed_mm_s)
+    drive_level = parse_level(level) if isinstance(level, str) else level
+    drive = fit(signal, known, level=drive_level, axes=how, speed_mm_s=speed_mm_s)
     report = drive.report.as_json() | {"source_file": str(file)}
     simulated = read_metadata(file).get("simulated")
     if simulated is not None:
@@ -192,13 +192,13 @@ def calibrated_display(
         raise ParameterError(
             f"{display.name}: a calibration is for an electrostatic display, this one is {family.name}"
         )
-    found = calibration_of(calibration, person)
-    constants = found.settings()
+    calibrated = calibration_of(calibration, person)
+    constants = calibrated.settings()
     if both := [key for key in kept if key.removeprefix(f"{family.name}.") in constants]:
         remedies = Remedy("omit", "changes"), Remedy("", "calibration")
         raise ParameterError(f"{both[0]} comes from {calibration}", remedy=remedies)
     settings = {**display.settings.model_dump(), **constants}
-    checked = validated(family.settings, settings, where=f"{calibration}: {found.person}")
+    checked = validated(family.settings, settings, where=f"{calibration}: {calibrated.person}")
     return display.of(settings=checked)
 
 

@@ -113,9 +113,9 @@ def train_plan(
             fabric.barrier()
             dist.destroy_process_group()
         if first:
-            found = _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
+            measures = _finish(run, learner, kind, plan, examples, validation, notes=list(notes.values()))
         if log:
-            values = {f"validation/{name}": value for name, value in found.items()}
+            values = {f"validation/{name}": value for name, value in measures.items()}
             log.log_metrics(values, step=sum(stage.steps for stage in stages))
             log.finalize("success")
     return run
@@ -227,17 +227,17 @@ def _finish(
     for name, figure in learner.figures().items():
         with atomic_write(run.folder / "figures" / f"{name}.png") as part:
             figure.savefig(part, dpi=120, format="png")
-    found = learner.validate(validation)
+    measures = learner.validate(validation)
     facts = {
         "model": plan.facts.name,
         "label": plan.label,
         **({"outcome": outcome} if outcome else {}),
-        "validation": found,
+        "validation": measures,
         "notes": list(notes),
     }
     # Last: the run counts as finished from here on.
     run.finish(learner, kind, facts)
-    return found
+    return measures
 
 
 def _preparing(progress: ProgressCallback, stop: Callable[[], bool]) -> Callable[[int, int], None]:

@@ -90,9 +90,9 @@ def export(
     """
     from tactogram.workflows.training.hub_folder import export_hub, export_run
 
-    given = {"push": push, "material": material, "speed": speed, "force": force, "axis": axis}
+    options = {"push": push, "material": material, "speed": speed, "force": force, "axis": axis}
     for name, (default, form) in OPTIONS.items():
-        if given[name] != default and to != form:
+        if options[name] != default and to != form:
             raise ParameterError(f"{name} must be omitted with to={to!r}: it is for {form}")
     if to == "onnx":
         return export_onnx(run, out, progress=progress)
@@ -151,21 +151,21 @@ def export_c(
     from tactogram.workflows.training.loaded_run import load_run
 
     loaded = load_run(run)
-    found = {
+    maps = {
         name: each
         for name, each in zip(loaded.kind.materials, loaded.model.maps, strict=False)
         if isinstance(each, NoiseMap)
     }
-    if not found:
+    if not maps:
         raise ParameterError(
             f"{loaded.run.name}: a C header needs a run of texture_var, this is {loaded.facts.name}"
         )
-    if material not in found:
-        raise ParameterError.one_of("material", found, material)
-    texture = one_axis(found[material].at(speed, force), axis)
-    at = [f"{value:g} {unit}" for value, unit in ((speed, "mm/s"), (force, "N")) if value is not None]
+    if material not in maps:
+        raise ParameterError.one_of("material", maps, material)
+    texture = one_axis(maps[material].at(speed, force), axis)
+    stroke = [f"{value:g} {unit}" for value, unit in ((speed, "mm/s"), (force, "N")) if value is not None]
     facts = [
-        f"Material {material} of run {loaded.run.data['run_id']}, {' and '.join(at) or 'median speed and force'}.",
+        f"Material {material} of run {loaded.run.data['run_id']}, {' and '.join(stroke) or 'median speed and force'}.",
         *(["Learned from simulated recordings."] if loaded.simulated else []),
     ]
     name = c_name(material)
@@ -202,7 +202,7 @@ def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback 
     if isinstance(kind, SignalKind):
         per = "rate_hz" if kind.domain == "time" else "rate_per_mm"
         facts |= {per: kind.rate, "unit": kind.unit, "axes": list(kind.axes)}
-    found = {}
+    saved = {}
     with new_folder(Path(out)) as folder:
         for number, (name, network) in enumerate(networks.items()):
             progress("export", number, len(networks), name)
@@ -210,10 +210,10 @@ def export_onnx(run: Path | str, out: Path | str, *, progress: ProgressCallback 
                 described = export_network(network, folder / f"{name}.onnx")
             except RuntimeError as error:  # of torch's exporter and of onnxruntime alike
                 raise RunError(f"{loaded.run.name}: {name} cannot be exported: {one_line(error)}") from error
-            found[name] = facts | described
-            write_text(folder / f"{name}.json", json.dumps(found[name], indent=1, ensure_ascii=False) + "\n")
+            saved[name] = facts | described
+            write_text(folder / f"{name}.json", json.dumps(saved[name], indent=1, ensure_ascii=False) + "\n")
     progress("export", len(networks), len(networks))
-    return {"folder": str(out), "networks": found}
+    return {"folder": str(out), "networks": saved}
 
 
 def export_network(network: ExportedNetwork, file: Path) -> dict[str, Any]:
@@ -224,7 +224,7 @@ def export_network(network: ExportedNetwork, file: Path) -> dict[str, Any]:
     outputs = _results(network, example)  # computes the constants that a trace must not
     free = {axis: torch.export.Dim(axis) for axis in network.free}
     sizes = tuple(
-        {place: free[axis] for place, axis in enumerate(port.axes) if axis in free}
+        {dimension: free[axis] for dimension, axis in enumerate(port.axes) if axis in free}
         for port in network.inputs.values()
     )
     with _quiet(), torch.no_grad():
@@ -257,8 +257,8 @@ def _results(network: ExportedNetwork, inputs: Sequence[Tensor]) -> list[Tensor]
     import torch
 
     with torch.no_grad():
-        found = network.network(*inputs)
-    return list(found) if isinstance(found, tuple) else [found]
+        outputs = network.network(*inputs)
+    return list(outputs) if isinstance(outputs, tuple) else [outputs]
 
 
 def _differences(network: ExportedNetwork, program: Any) -> dict[str, float]:
@@ -266,14 +266,14 @@ def _differences(network: ExportedNetwork, program: Any) -> dict[str, float]:
 
     Raises a RuntimeError if that is too far.
     """
-    found = dict.fromkeys(network.outputs, 0.0)
+    differences = dict.fromkeys(network.outputs, 0.0)
     for inputs in map(network.draw, COMPARED):
-        for name, theirs, ours in zip(found, program(*inputs), _results(network, inputs), strict=True):
-            found[name] = max(found[name], float((theirs - ours).abs().max() / ours.abs().max()))
-    for name, difference in found.items():
+        for name, theirs, ours in zip(differences, program(*inputs), _results(network, inputs), strict=True):
+            differences[name] = max(differences[name], float((theirs - ours).abs().max() / ours.abs().max()))
+    for name, difference in differences.items():
         if not difference <= MOST_DIFFERENCE:
             raise RuntimeError(f"{name} differs in onnxruntime by {difference:.2g} of its largest value")
-    return found
+    return differences
 
 
 def _ports(ports: Mapping[str, Port], tensors: Sequence[Tensor], free: Sequence[str]) -> list[dict[str, Any]]:

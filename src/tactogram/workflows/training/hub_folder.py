@@ -56,16 +56,16 @@ def export_hub(run: Path | str, out: Path | str, *, push: str | None = None) -> 
         If huggingface_hub is not installed.
     """
     hub.hub_library()
-    found = open_run(run)
-    found.facts()
-    info = model_of(found)
+    opened = open_run(run)
+    opened.facts()
+    info = model_of(opened)
     with new_folder(Path(out)) as folder:
-        for name in _files_in(found.folder):
-            _copy(found.folder / name, folder / name)
+        for name in _files_in(opened.folder):
+            _copy(opened.folder / name, folder / name)
         copied = Run(folder)
         # The Hub counts the downloads of this file.
         copied.write_json("config.json", {"library_name": "tactogram", "model_type": info.name})
-        write_text(folder / "README.md", _card(copied, info, found.name))
+        write_text(folder / "README.md", _card(copied, info, opened.name))
         files = list(folder.iterdir())
         facts = {"folder": str(out), "files": len(files), "bytes": sum(f.stat().st_size for f in files)}
     return facts | ({"pushed": hub.push(Path(out), push, kind="model")} if push else {})
@@ -178,16 +178,16 @@ def _slug(text: str) -> str:
 
 def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
     """Pack the finished run in ``run`` into the zip file ``out``; return ``file``, ``files`` and ``bytes``."""
-    found, target = open_run(run), Path(out)
-    found.facts()
+    opened, target = open_run(run), Path(out)
+    opened.facts()
     files = [
         f
-        for f in sorted(found.folder.rglob("*"))
+        for f in sorted(opened.folder.rglob("*"))
         if f.is_file() and f.name not in LEFT_OUT and not f.name.startswith(".")
     ]
     with atomic_write(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as packed:
         for file in files:
-            packed.write(file, file.relative_to(found.folder).as_posix())
+            packed.write(file, file.relative_to(opened.folder).as_posix())
     return {"file": str(target), "files": len(files), "bytes": target.stat().st_size}
 
 
@@ -203,8 +203,8 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
         with new_folder(Path(out)) as part:
             with zipfile.ZipFile(file) as packed:
                 for member in packed.infolist():
-                    place = PurePosixPath(member.filename)
-                    if place.is_absolute() or ".." in place.parts or "\\" in member.filename:
+                    path = PurePosixPath(member.filename)
+                    if path.is_absolute() or ".." in path.parts or "\\" in member.filename:
                         raise RunError(f"{file}: names a path outside the run: {member.filename!r}")
                 if sum(member.file_size for member in packed.infolist()) > LARGEST_BYTES:
                     raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")

@@ -216,8 +216,8 @@ def select(index: Sequence[RecordingInfo], where: Mapping[str, str] | None) -> l
     """
     kept = [info for info in index if all(_has(info, key, value) for key, value in (where or {}).items())]
     if not kept:
-        wanted = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
-        raise ParameterError(f"no recording has {wanted}")
+        conditions = ", ".join(f"{key}={value}" for key, value in (where or {}).items()) or "anything"
+        raise ParameterError(f"no recording has {conditions}")
     return kept
 
 
@@ -225,7 +225,7 @@ def _has(info: RecordingInfo, key: str, value: str) -> bool:
     if value.startswith("!"):
         return not _has(info, key, value[1:])
     if "|" in value:
-        return any(_has(info, key, one) for one in value.split("|"))
+        return any(_has(info, key, alternative) for alternative in value.split("|"))
     got = info.labels.get(key) if key in info.labels else getattr(info, key, None)
     if not value:
         return got is None
@@ -274,13 +274,13 @@ def _glances(plan: TrainingPlan) -> list[Example]:
     ids = list(dict.fromkeys(segment.id for segment in plan.parts.train))
     if not ids:
         raise ParameterError("there are no examples: the part of the split is empty")
-    found: dict[tuple[Any, ...], Example] = {}
+    pieces: dict[tuple[Any, ...], Example] = {}
     for id in ids[:: -(-len(ids) // LOOKED_AT)]:
         stream = prepare.stream_of(store.streams_of(id))
         rate = store.rate(id, stream)
         piece = store.signal(id, stream, stop=min(store.length(id, stream), max(64, round(GLANCE_S * rate))))
         material = store.info(id).material
         sort = (piece.rate, piece.axes, piece.unit, piece.domain, material)
-        if sort not in found:
-            found[sort] = Example(id, prepare.apply(piece), material)
-    return list(found.values())
+        if sort not in pieces:
+            pieces[sort] = Example(id, prepare.apply(piece), material)
+    return list(pieces.values())

@@ -70,7 +70,7 @@ class RatingData:
             stream = f" has the stream {prepare.stream!r} and" if prepare.stream else ""
             raise ParameterError(f"{self.store.path}: none of its recordings{stream} was rated")
         if self.learns_from == "ratings":
-            found = _parts(held, by="material", everything=split == "all", seed=seed, nameless=True)
+            parts = _parts(held, by="material", everything=split == "all", seed=seed, nameless=True)
         else:
             surfaces = [info for info in held if info.material is not None]
             signals = tuple(Segment(info.id) for info in held if info.material is None)
@@ -79,11 +79,11 @@ class RatingData:
                     f"{self.store.path}: must hold rated surfaces and rated signals without a material, got "
                     f"{len(surfaces)} and {len(signals)}"
                 )
-            found = _parts(surfaces, by=by, everything=split == "all", seed=seed)
-            found = Split(
-                found.train + signals, found.validation, found.test, found.by, found.seed, groups=found.groups
+            parts = _parts(surfaces, by=by, everything=split == "all", seed=seed)
+            parts = Split(
+                parts.train + signals, parts.validation, parts.test, parts.by, parts.seed, groups=parts.groups
             )
-        return found
+        return parts
 
     def examples(self, split: Split, part: str, prepare: Preparation) -> Sequence[Any]:
         """Return one part of ``split``: of `Example`, or of `ImageExample` if the examples are images."""
@@ -107,11 +107,11 @@ class RatingData:
         if self.of_images:
             items = tuple(sorted({example.item for example in examples if example.item}))
             return ImageKind(ratings.words, scale, items, self.store.simulated)
-        given = [example for example in examples if isinstance(example, Example)]
-        sided = [e for e in given if e.material is None] if self.learns_from == "both" else given
-        found = signal_kind(sided, simulated=self.store.simulated)
-        materials = tuple(sorted({e.material for e in given if e.material is not None}))
-        return replace(found, words=ratings.words, scale=scale, materials=materials)
+        recorded = [example for example in examples if isinstance(example, Example)]
+        sided = [e for e in recorded if e.material is None] if self.learns_from == "both" else recorded
+        kind = signal_kind(sided, simulated=self.store.simulated)
+        materials = tuple(sorted({e.material for e in recorded if e.material is not None}))
+        return replace(kind, words=ratings.words, scale=scale, materials=materials)
 
     def _has_stream(self, info: RecordingInfo, prepare: Preparation) -> bool:
         return prepare.stream is None or prepare.stream in self.store.streams_of(info.id)

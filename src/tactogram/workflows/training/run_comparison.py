@@ -49,7 +49,7 @@ def compare_runs(runs: Sequence[Path | str] = ()) -> dict[str, Any]:
     shared = [key for key in settings[0] if all(key in other for other in settings) and key not in OMITTED]
     evaluations = [_evaluation(run) for run in opened]
     results = [_results(run, evaluation) for run, evaluation in zip(opened, evaluations, strict=True)]
-    names = dict.fromkeys(name for found in results for name in found)
+    names = dict.fromkeys(name for figures in results for name in figures)
     return {
         "runs": [str(run.folder) for run in opened],
         "facts": _facts(opened, evaluations),
@@ -58,7 +58,7 @@ def compare_runs(runs: Sequence[Path | str] = ()) -> dict[str, Any]:
             for key in shared
             if any(values[key] != settings[0][key] for values in settings)
         },
-        "results": {name: [found.get(name) for found in results] for name in names},
+        "results": {name: [figures.get(name) for figures in results] for name in names},
         "notes": _notes(evaluations),
     }
 

@@ -72,8 +72,8 @@ class SurfaceIndex:
         count = min(count, len(distances))
         places = np.argpartition(distances, count - 1)[:count]
         return [
-            {"id": self.ids[place], "material": self.materials[place], "distance": float(distances[place])}
-            for place in places[np.argsort(distances[places])]
+            {"id": self.ids[index], "material": self.materials[index], "distance": float(distances[index])}
+            for index in places[np.argsort(distances[places])]
         ]
 
     def novelty(self, vector: NDArray[np.float32]) -> float:
@@ -110,17 +110,17 @@ class SurfaceIndex:
         if not file.is_file():
             raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
         facts = run.read_json("search.json")
-        found = cls.__new__(cls)
-        found.ids, found.materials = facts["ids"], facts["materials"]
-        found.threshold, found.calibrated_on = facts["threshold"], facts["calibrated_on"]
+        index = cls.__new__(cls)
+        index.ids, index.materials = facts["ids"], facts["materials"]
+        index.threshold, index.calibrated_on = facts["threshold"], facts["calibrated_on"]
         for name, attribute in (("search-vectors.npy", "whitened"), ("search-whitening.npy", "whitening")):
             try:
-                setattr(found, attribute, np.load(run.folder / name, allow_pickle=False))
+                setattr(index, attribute, np.load(run.folder / name, allow_pickle=False))
             except (OSError, ValueError, EOFError) as error:
                 raise RunError(f"{run.folder / name}: not readable: {error}") from error
-        if len(found.whitened) != len(found.ids):
+        if len(index.whitened) != len(index.ids):
             raise RunError(f"{run.folder / 'search-vectors.npy'}: does not match search.json")
-        return found
+        return index
 
 
 def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:

@@ -83,7 +83,7 @@ def sweep(
     trials = _trials(request.for_workers(), space, folder / f"trials-{trials_of}", address)
     progress("trials", len(trials), space.trials)
     if not trials or not math.isfinite(trials[0]["value"]):
-        errors = [one["error"] for one in trials if one["error"]]
+        errors = [trial["error"] for trial in trials if trial["error"]]
         raise ParameterError(
             f"no trial has a value of {space.measure}: {errors[0] if errors else 'none ran'}"
         )
@@ -103,7 +103,7 @@ def sweep(
         "measure": space.measure,
         "goal": space.goal,
         "validation": run.facts()["validation"],
-        "trials": [one | {"value": one["value"] if math.isfinite(one["value"]) else None} for one in trials],
+        "trials": [row | {"value": row["value"] if math.isfinite(row["value"]) else None} for row in trials],
     }
     result["report"] = str(_report(folder / "sweep.html", request.model, result, simulated=simulated))
     write_text(folder / "sweep.json", json.dumps(result, indent=1) + "\n")
@@ -119,7 +119,7 @@ def drop_torn_states(place: Path) -> None:
             file.unlink()
 
 
-def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: str) -> list[dict[str, Any]]:
+def _trials(request: TrainingRequest, space: SearchSpace, folder: Path, address: str) -> list[dict[str, Any]]:
     """Return the trials of a sweep, best first."""
     os.environ.setdefault("RAY_AIR_NEW_OUTPUT", "0")
     with connected(address):
@@ -129,13 +129,13 @@ def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: 
         trainable = tune.with_resources(
             tune.with_parameters(_trial, request=request, measure=space.measure, goal=space.goal), {"cpu": 1}
         )
-        drop_torn_states(place)
-        if tune.Tuner.can_restore(str(place)):
-            tuner = tune.Tuner.restore(str(place), trainable=trainable, resume_unfinished=True)
+        drop_torn_states(folder)
+        if tune.Tuner.can_restore(str(folder)):
+            tuner = tune.Tuner.restore(str(folder), trainable=trainable, resume_unfinished=True)
         else:
             tuner = tune.Tuner(
                 trainable,
-                param_space={key: _domain(tune, one) for key, one in space.vary.items()},
+                param_space={key: _domain(tune, distribution) for key, distribution in space.vary.items()},
                 tune_config=tune.TuneConfig(
                     metric=space.measure,
                     mode=space.goal,
@@ -147,25 +147,25 @@ def _trials(request: TrainingRequest, space: SearchSpace, place: Path, address: 
                     ),
                 ),
                 run_config=tune.RunConfig(
-                    name=place.name,
-                    storage_path=str(place.parent),
+                    name=folder.name,
+                    storage_path=str(folder.parent),
                     failure_config=tune.FailureConfig(max_failures=3),  # of workers and nodes
                     verbose=0,
                 ),
             )
-        found = [
+        trials = [
             {
-                "changes": dict(one.config or {}),
-                "value": float((one.metrics or {}).get(space.measure, _worst(space.goal))),
-                "ninths": int((one.metrics or {}).get("ninths", 0)),
-                "seconds": round(float((one.metrics or {}).get("time_total_s", 0.0)), 2),
-                "error": (one.metrics or {}).get("error") or (str(one.error) if one.error else None),
+                "changes": dict(result.config or {}),
+                "value": float((result.metrics or {}).get(space.measure, _worst(space.goal))),
+                "ninths": int((result.metrics or {}).get("ninths", 0)),
+                "seconds": round(float((result.metrics or {}).get("time_total_s", 0.0)), 2),
+                "error": (result.metrics or {}).get("error") or (str(result.error) if result.error else None),
             }
-            for one in tuner.fit()
+            for result in tuner.fit()
         ]
     sign = -1 if space.goal == "max" else 1
     # Those that ran to the end first: a trial that was stopped was behind the others of its age.
-    return sorted(found, key=lambda one: (one["ninths"] < NINTHS, sign * one["value"]))
+    return sorted(trials, key=lambda trial: (trial["ninths"] < NINTHS, sign * trial["value"]))
 
 
 def _domain(tune: Any, dimension: Dimension) -> Any:
@@ -207,10 +207,10 @@ def _train_and_report(request: TrainingRequest, measure: str, tune: Any) -> None
     due = {math.ceil(total * ninths / NINTHS): ninths for ninths in (1, FACTOR, NINTHS)}
 
     def report(ninths: int) -> None:
-        found = learner.validate(validation)
-        if measure not in found:
-            raise ParameterError.must("measure", f"be one of {', '.join(found) or 'none'}", measure)
-        tune.report({measure: found[measure], "ninths": ninths})
+        measures = learner.validate(validation)
+        if measure not in measures:
+            raise ParameterError.must("measure", f"be one of {', '.join(measures) or 'none'}", measure)
+        tune.report({measure: measures[measure], "ninths": ninths})
 
     def on_step(position: TrainingPosition, stage: Stage, losses: dict[str, float]) -> None:
         if ninths := due.pop(steps_done(stages, position), None):
@@ -225,13 +225,13 @@ def _report(path: Path, model: str, result: Mapping[str, Any], *, simulated: boo
     keys = list(result["best"])
     rows = [
         (
-            *(one["changes"].get(key) for key in keys),
-            one["value"],
-            f"{one['ninths']}/{NINTHS}",
-            one["seconds"],
-            one["error"],
+            *(trial["changes"].get(key) for key in keys),
+            trial["value"],
+            f"{trial['ninths']}/{NINTHS}",
+            trial["seconds"],
+            trial["error"],
         )
-        for one in result["trials"]
+        for trial in result["trials"]
     ]
     header = (*keys, result["measure"], "of the steps", "seconds", "error")
     kept = ", ".join(

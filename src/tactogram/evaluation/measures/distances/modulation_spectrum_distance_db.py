@@ -49,8 +49,8 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     window = modulation_window(one, other)
     centres = [c for c in CENTRES_HZ if c * np.sqrt(2) <= kind.rate / 2] or [CENTRES_HZ[0]]
     first, second = (_modulation_spectrum(members, window, centres) for members in (one, other))
-    felt = 10 * np.log10(felt_weight(np.array(centres), kind.unit))
-    levels = np.maximum(first[1], second[1]) + felt  # axis, carrier
+    weight_db = 10 * np.log10(felt_weight(np.array(centres), kind.unit))
+    levels = np.maximum(first[1], second[1]) + weight_db  # axis, carrier
     # Only a relative floor: like the measure, the weight is blind to level.
     weight = np.maximum(levels - felt_floor_db("1", levels), 0)
     squares = np.stack(

@@ -59,9 +59,9 @@ def _felt_levels(signals: Sequence[Signal], edges: NDArray[np.float64]) -> NDArr
     weight = np.zeros(len(spectra.frequency))
     weight[1:] = felt_weight(spectra.frequency[1:], signals[0].unit)
     spacing = spectra.frequency[1]
-    felt = 2 * spacing * band_sums(spectra.power * weight, spectra.frequency, edges)
+    band_power = 2 * spacing * band_sums(spectra.power * weight, spectra.frequency, edges)
     estimates = np.maximum(1.0, np.diff(edges) / (HANN_BINS * spacing))
-    return mean_spectrum_db(felt, spectra.independent[:, None] * estimates)
+    return mean_spectrum_db(band_power, spectra.independent[:, None] * estimates)
 
 
 MEASURE = Measure(
