@@ -70,10 +70,10 @@ def _recording_boxes(pairs: WeakPairs) -> Boxes:
 
 
 def _by_source(boxes: Iterable[tuple[str, tuple[int, ...]]]) -> Boxes:
-    found: dict[str, list[tuple[int, ...]]] = defaultdict(list)
+    boxes_by_key: dict[str, list[tuple[int, ...]]] = defaultdict(list)
     for key, box in boxes:
-        found[key].append(box)
-    return {key: np.array(members, np.int64) for key, members in found.items()}
+        boxes_by_key[key].append(box)
+    return {key: np.array(members, np.int64) for key, members in boxes_by_key.items()}
 
 
 def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
@@ -91,6 +91,6 @@ def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
     return count, known / count, overlap / count, same / count
 
 
-def _any(found: NDArray[np.bool_]) -> int:
-    """Return the number of test crops with a training crop; ``found`` has shape (test crop, train crop)."""
-    return int(np.count_nonzero(np.any(found, axis=1)))
+def _any(hits: NDArray[np.bool_]) -> int:
+    """Return the number of test crops with a training crop; ``hits`` has shape (test crop, train crop)."""
+    return int(np.count_nonzero(np.any(hits, axis=1)))

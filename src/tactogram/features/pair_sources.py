@@ -94,11 +94,11 @@ def sources(
             if (shared, example.material) in listed:
                 continue
             listed[shared, example.material] = example.photographs
-            for place, (key, box) in enumerate(_boxes(example.photographs)):
+            for index, (key, box) in enumerate(_boxes(example.photographs)):
                 if (key, box, example.material) not in photos:
                     crops.check(*box[2:])
                     photos[key, box, example.material] = PhotoSource(
-                        key, *box, example.material, example.photographs, place
+                        key, *box, example.material, example.photographs, index
                     )
     return tuple(photos.values()), tuple(recordings)
 

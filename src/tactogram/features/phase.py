@@ -269,26 +269,26 @@ def _integrate(
 @njit(cache=True, nogil=True)
 def _sift_down(heap: NDArray[np.int64], count: int, item: int, size: NDArray[np.float64]) -> None:
     """Put ``item`` at the root of the first ``count`` places and let it sink."""
-    place = 0
+    index = 0
     child = 1
     while child < count:
         if child + 1 < count and size.flat[heap[child + 1]] > size.flat[heap[child]]:
             child += 1
         if size.flat[heap[child]] <= size.flat[item]:
             break
-        heap[place] = heap[child]
-        place = child
-        child = 2 * place + 1
-    heap[place] = item
+        heap[index] = heap[child]
+        index = child
+        child = 2 * index + 1
+    heap[index] = item
 
 
 @njit(cache=True, nogil=True)
-def _sift_up(heap: NDArray[np.int64], place: int, item: int, size: NDArray[np.float64]) -> None:
-    """Put ``item`` at ``place`` and let it rise."""
-    while place > 0:
-        parent = (place - 1) // 2
+def _sift_up(heap: NDArray[np.int64], index: int, item: int, size: NDArray[np.float64]) -> None:
+    """Put ``item`` at ``index`` and let it rise."""
+    while index > 0:
+        parent = (index - 1) // 2
         if size.flat[heap[parent]] >= size.flat[item]:
             break
-        heap[place] = heap[parent]
-        place = parent
-    heap[place] = item
+        heap[index] = heap[parent]
+        index = parent
+    heap[index] = item

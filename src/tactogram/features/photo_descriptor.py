@@ -104,8 +104,8 @@ class PhotoNovelty:
     def nearest(self, image: Image) -> NearestPhotograph:
         """Return the material of the nearest training photograph, and the novelty of ``image``."""
         distances = self._distances(_described(image))
-        place = int(distances.argmin())
-        return NearestPhotograph(self.materials[place], float((self._to_others < distances[place]).mean()))
+        index = int(distances.argmin())
+        return NearestPhotograph(self.materials[index], float((self._to_others < distances[index]).mean()))
 
     @cached_property
     def _to_others(self) -> NDArray[np.float64]:
@@ -138,14 +138,14 @@ class PhotoNovelty:
 def distinct_photographs(examples: Sequence[Example], most: int) -> list[Image]:
     """Return up to ``most`` photographs of examples, which many of them may share."""
     shared = {id(example.photographs): example.photographs for example in examples}
-    found: dict[bytes, Image] = {}
+    images: dict[bytes, Image] = {}
     for photographs in shared.values():
         for k in range(len(photographs)):
-            if len(found) == most:
-                return list(found.values())
+            if len(images) == most:
+                return list(images.values())
             image = photographs[k]
-            found[image.pixels.tobytes()] = image
-    return list(found.values())
+            images[image.pixels.tobytes()] = image
+    return list(images.values())
 
 
 def _described(image: Image) -> NDArray[np.float64]:

@@ -99,8 +99,8 @@ class WeakPairs:
         self.photo_sources, self.recording_sources = tuple(photos), tuple(recordings)
         self.pairs, self.picture, self.crops, self.seed = pairs, picture, crops, seed
         self.materials, self.protocol = tuple(materials), protocol
-        place = {name: number for number, name in enumerate(self.materials)}
-        self._labels = np.array([place.get(source.material, -1) for source in self.photo_sources], np.int64)
+        label = {name: number for number, name in enumerate(self.materials)}
+        self._labels = np.array([label.get(source.material, -1) for source in self.photo_sources], np.int64)
         self._cache = _ArrayCache(round(cache_mib * 2**20))
 
     @property
@@ -150,8 +150,8 @@ class WeakPairs:
             first = self.picture_place(crop)
             start, stop = self.picture.span(first)
             samples = torch.tensor(self._recording_draw(crop)[0].samples()[start:stop])
-            made: NDArray[np.float32] = self.picture.crop(samples, first - start // self.picture.hop).numpy()
-            return made
+            image: NDArray[np.float32] = self.picture.crop(samples, first - start // self.picture.hop).numpy()
+            return image
 
         return self._cache.get(("picture", crop), make)
 
@@ -215,7 +215,7 @@ def weak_pairs(
     parts = list(examples.values()) if isinstance(examples, Mapping) else [examples]
     photos, recordings = sources(parts, picture, crops)
     photographed = sorted({source.material for source in photos})
-    found = []
+    all_pairs = []
     for name in photographed:
         photo = _crop_numbers(photos, name, crops.per_photo)
         recording = _crop_numbers(recordings, name, crops.per_recording)
@@ -230,11 +230,11 @@ def weak_pairs(
         pairs = np.concatenate(pairings)
         if protocol == "pair-then-split":
             pairs = _share(pairs, part, rng_of(seed, "split", "pairs", name))
-        found.append(pairs)
+        all_pairs.append(pairs)
     return WeakPairs(
         photos,
         recordings,
-        np.concatenate(found),
+        np.concatenate(all_pairs),
         picture,
         crops,
         seed=seed,

@@ -199,15 +199,15 @@ class RegisteredPairs:
 
     def batch(self, places: Sequence[int], *, seed: int = 0) -> FrictionBatch:
         """Return the pairs at ``places``; ``seed`` draws the stretches of unregistered recordings."""
-        photos, frictions, found = [], [], []
-        for place in places:
-            number = int(np.searchsorted(self._bounds, place, side="right"))
-            left = int(self._lefts[number][place - self.of(number).start])
+        photos, frictions, cuts = [], [], []
+        for index in places:
+            number = int(np.searchsorted(self._bounds, index, side="right"))
+            left = int(self._lefts[number][index - self.of(number).start])
             photos.append(self.windows.window(self._photo(number), left))
-            frictions.append(self._friction(number, left, np.random.default_rng([seed, place])))
-            found.append((number, left))
+            frictions.append(self._friction(number, left, np.random.default_rng([seed, index])))
+            cuts.append((number, left))
         friction = torch.from_numpy(np.stack(frictions))
-        return FrictionBatch(self.windows.tensor(photos), friction, np.array(found, np.int64).reshape(-1, 2))
+        return FrictionBatch(self.windows.tensor(photos), friction, np.array(cuts, np.int64).reshape(-1, 2))
 
     def _friction(self, number: int, left: int, random: np.random.Generator) -> NDArray[np.float32]:
         count = self.windows.samples

@@ -59,11 +59,11 @@ class SignalCrops:
         members = self.epoch
         drawn, orders = [], dict[int, NDArray[np.int64]]()
         for number in numbers:
-            epoch, place = divmod(number, len(members))
+            epoch, index = divmod(number, len(members))
             if epoch not in orders:
                 orders[epoch] = rng("epoch", epoch).permutation(len(members))
             order = orders[epoch]
-            example = self.examples[members[order[place]]]
+            example = self.examples[members[order[index]]]
             drawn.append((example, self.cut(example.signal, rng("crop", number))))
         return drawn
 

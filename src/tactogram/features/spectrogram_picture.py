@@ -234,8 +234,8 @@ class SpectrogramPicture:
         # Constant parts, as gravity, are no noise: subtract them from all bins they leak into, and add them again.
         lowest, next_one = (amplitudes[..., row, :].mean(-1, keepdim=True) for row in (0, 1))
         constant = torch.where(lowest > next_one, lowest, 0.0)  # ..., 1; else leakage from above
-        one = self.spectrogram.amplitudes(self.spectrogram.stft(torch.ones_like(white)))[:, self.frames // 2]
-        leaked = 1.5 * constant[..., None] * one[:, None]  # ..., bin, 1; includes the blur of resizing
+        leak = self.spectrogram.amplitudes(self.spectrogram.stft(torch.ones_like(white)))[:, self.frames // 2]
+        leaked = 1.5 * constant[..., None] * leak[:, None]  # ..., bin, 1; includes the blur of resizing
         varying = (amplitudes.square() - leaked.square()).clamp_min(floor.item() ** 2).sqrt()
         gain = torch.exp(torch.log(varying) - grain_level)
         return (self.spectrogram.istft(s * gain, self.length) + constant).to(pictures.dtype)

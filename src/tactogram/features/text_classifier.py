@@ -57,9 +57,9 @@ def plain(name: str) -> str:
 
 def embedded(texts: Sequence[str]) -> NDArray[np.float32]:
     """Return embeddings of length 1, shape (text, number); 0 of a text without known words."""
-    found = np.asarray(_encoder().embed([plain(text) for text in texts]), np.float32)
-    length = np.linalg.norm(found, axis=1, keepdims=True)
-    return np.asarray(found / np.maximum(length, np.finfo(np.float32).tiny), np.float32)
+    vectors = np.asarray(_encoder().embed([plain(text) for text in texts]), np.float32)
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, np.finfo(np.float32).tiny), np.float32)
 
 
 @cache

@@ -63,9 +63,9 @@ def sound_to_touch(sound: Signal, by: SoundMap) -> tuple[Signal, dict[str, Any]]
         strength = envelope_of(sound, high=sound.rate / 2)
         hz: NDArray[np.float64] | float = CARRIER_HZ
         if by == "pitch":
-            found = pitch_of(sound)
-            hz, octaves = _moved_down(found, strength)
-            facts |= {"octaves_down": octaves, "voiced": float(np.mean(np.isfinite(found)))}
+            pitch = pitch_of(sound)
+            hz, octaves = _moved_down(pitch, strength)
+            facts |= {"octaves_down": octaves, "voiced": float(np.mean(np.isfinite(pitch)))}
         touch = _tone(sound, strength, hz)
         span = (float(np.min(hz)), float(np.max(hz)))
     return touch.with_samples(touch.samples, unit=sound.unit), facts | {"touch_hz": list(span)}
@@ -83,10 +83,10 @@ def pitch_of(sound: Signal) -> NDArray[np.float64]:
     needed = (count - 1) * hop + window + longest + 1
     x = np.pad(x, (0, max(0, needed - len(x))))
     frames = sliding_window_view(x, window + longest + 1)[: (count - 1) * hop + 1 : hop]
-    found = [
+    pitches = [
         _pitches(frames[first : first + FRAMES], window, shortest) for first in range(0, len(frames), FRAMES)
     ]
-    return np.concatenate(found)
+    return np.concatenate(pitches)
 
 
 def _pitches(frames: NDArray[np.float64], window: int, shortest: int) -> NDArray[np.float64]:

@@ -146,5 +146,5 @@ def _with_correlation(model: AutoregressiveModel, pieces: Sequence[Signal]) -> A
             error = model.prediction_error(piece)
             together += error @ error.T
     deviation = np.sqrt(model.variance)
-    found = replace(model, innovation=together).correlation
-    return replace(model, innovation=found * np.outer(deviation, deviation))
+    correlation = replace(model, innovation=together).correlation
+    return replace(model, innovation=correlation * np.outer(deviation, deviation))

@@ -63,7 +63,7 @@ class BandLevels:
 
         The pairs are consumed one material at a time.
         """
-        tables = [(self.quantiles(recorded), self.quantiles(made)) for recorded, made in materials]
+        tables = [(self.quantiles(recorded), self.quantiles(generated)) for recorded, generated in materials]
         self.recorded, self.generated = (np.array(table) for table in zip(*tables, strict=True))
 
     def quantiles(self, signals: Sequence[NDArray[Any]]) -> Array:
@@ -87,14 +87,14 @@ class BandLevels:
         Between materials both distributions are mixed, in dB.
         """
         share = weights / weights.sum()
-        found, wanted = (np.tensordot(share, table, 1) for table in (self.generated, self.recorded))
+        generated, recorded = (np.tensordot(share, table, 1) for table in (self.generated, self.recorded))
         result = x[:, self.reach : x.shape[1] - self.reach].astype(np.float64)
         for start in range(0, result.shape[1], PORTION):
             part = result[:, start : start + PORTION]
             bands = self._split(x[:, start : start + part.shape[1] + 2 * self.reach])
             strength = np.log(np.maximum(np.abs(bands), np.finfo(np.float64).tiny))
             for axis, band in np.ndindex(strength.shape[:2]):
-                have, want = found[axis, band], wanted[axis, band]
+                have, want = generated[axis, band], recorded[axis, band]
                 gain = np.interp(strength[axis, band], have, want - have)
                 part[axis] += np.expm1(gain) * bands[axis, band].real
         return result
@@ -125,15 +125,15 @@ def band_filters(rate: float, reach: int) -> NDArray[np.complex128]:
     count = max(0, math.floor(PER_OCTAVE * math.log2(rate / 2 / LOWEST_HZ)) + 1)
     size = 4 * reach
     frequency = np.fft.fftfreq(size, 1 / rate)
-    place = PER_OCTAVE * np.log2(np.maximum(frequency, LOWEST_HZ / 1e3) / LOWEST_HZ)
+    position = PER_OCTAVE * np.log2(np.maximum(frequency, LOWEST_HZ / 1e3) / LOWEST_HZ)
     window = np.hanning(2 * reach + 3)[1:-1]
-    found = np.zeros((count, 2 * reach + 1), np.complex128)
+    filters = np.zeros((count, 2 * reach + 1), np.complex128)
     for band in range(count):
-        off = place - band
+        off = position - band
         gain = np.where(np.abs(off) < 1, np.cos(np.pi / 2 * off) ** 2, 0.0)
         if band == count - 1:
             gain = np.where(off > 0, 1.0, gain)
         taps = np.fft.fftshift(np.fft.ifft(np.where(frequency > 0, 2 * gain, 0.0)))
         taps = taps[size // 2 - reach : size // 2 + reach + 1] * window
-        found[band] = taps - window * (taps.sum() / window.sum())
-    return found
+        filters[band] = taps - window * (taps.sum() / window.sum())
+    return filters

@@ -119,9 +119,9 @@ def straight_to_display(
     x = signal.samples[0, start : start + length].astype(np.float64)
     spread = x.std()
     standard = (x - x.mean()) / spread if spread > 0 else np.zeros_like(x)
-    one = Signal(standard.astype(np.float32), signal.rate, "1", axes[:1])
-    if one.rate != rate:
-        one = resample(one, rate)
-    peak = float(np.abs(one.samples).max())
-    scaled = one.samples / peak if peak > 0 else one.samples
+    mono = Signal(standard.astype(np.float32), signal.rate, "1", axes[:1])
+    if mono.rate != rate:
+        mono = resample(mono, rate)
+    peak = float(np.abs(mono.samples).max())
+    scaled = mono.samples / peak if peak > 0 else mono.samples
     return Signal(np.repeat(scaled, len(axes), axis=0), rate, "1", axes)

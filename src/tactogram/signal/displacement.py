@@ -119,15 +119,15 @@ def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
             "give a shorter speed"
         )
     count = max(1, round(speed.seconds * inside))
-    place = _integral(speed)(np.arange(count) / inside)  # mm
+    path = _integral(speed)(np.arange(count) / inside)  # mm
     end = (len(signal) - 1) / signal.rate
     slack = 1 / signal.rate
-    if place.min() < -slack or place.max() > end + slack:
+    if path.min() < -slack or path.max() > end + slack:
         raise ParameterError(
-            f"the finger moves over {place.min():.4g} to {place.max():.4g} mm, the signal goes from 0 to {end:.4g}; "
+            f"the finger moves over {path.min():.4g} to {path.max():.4g} mm, the signal goes from 0 to {end:.4g}; "
             "give a shorter speed or a longer signal"
         )
-    met = _interpolated(signal.samples, np.clip(place, 0, end) * signal.rate)
+    met = _interpolated(signal.samples, np.clip(path, 0, end) * signal.rate)
     return resample(signal.with_samples(met, rate=inside, domain="time"), rate)
 
 
@@ -160,8 +160,8 @@ def _over_time_of(signal: Signal, speed: Signal) -> NDArray[np.float64]:
         raise ParameterError(
             f"signal and speed must last equally long, got {signal.seconds:g} and {speed.seconds:g} s; cut one"
         )
-    at = np.arange(len(signal)) / signal.rate
-    return np.asarray(1e3 * np.interp(at, np.arange(len(speed)) / speed.rate, speed.samples[0]))
+    times = np.arange(len(signal)) / signal.rate
+    return np.asarray(1e3 * np.interp(times, np.arange(len(speed)) / speed.rate, speed.samples[0]))
 
 
 def _integral(speed: Signal) -> scipy.interpolate.CubicSpline:
@@ -185,23 +185,23 @@ def _travelled(
     """Return an interval without standstill on the grid of its slowest part, for which no detail is too fine."""
     time = np.arange(len(speed))
     if len(time) > 2:
-        place = scipy.interpolate.CubicSpline(time, speed / rate).antiderivative()(time)
+        path = scipy.interpolate.CubicSpline(time, speed / rate).antiderivative()(time)
     else:
-        place = time * speed[0] / rate
-    place = np.maximum.accumulate(place)
+        path = time * speed[0] / rate
+    path = np.maximum.accumulate(path)
     step = least / rate
-    count = max(1, math.floor(place[-1] / step))
+    count = max(1, math.floor(path[-1] / step))
     if count > MOST_SAMPLES:
         raise ParameterError(
             "the speed varies too much for one signal: raise standstill or cut the recording"
         )
-    return _interpolated(samples, np.interp(np.arange(count) * step, place, time))
+    return _interpolated(samples, np.interp(np.arange(count) * step, path, time))
 
 
-def _interpolated(samples: NDArray[np.float32], at: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the band-limited signal through ``samples`` at places ``at`` (in samples), float64, (axis, place)."""
+def _interpolated(samples: NDArray[np.float32], positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the band-limited signal through ``samples`` at ``positions`` (in samples), float64, (axis, position)."""
     if samples.shape[1] < 2:
-        return np.repeat(samples.astype(np.float64), len(at), axis=1)
+        return np.repeat(samples.astype(np.float64), len(positions), axis=1)
     fine = resample(Signal(samples, 1.0, "1", tuple(map(str, range(len(samples))))), OVERSAMPLED)
     grid = np.arange(len(fine)) / OVERSAMPLED
-    return np.asarray(scipy.interpolate.CubicSpline(grid, fine.samples.astype(np.float64), axis=1)(at))
+    return np.asarray(scipy.interpolate.CubicSpline(grid, fine.samples.astype(np.float64), axis=1)(positions))

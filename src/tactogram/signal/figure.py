@@ -59,11 +59,11 @@ def signal_figure(
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.4, 1), sharex="col")
     count = signal.samples.shape[1]
     beginning = signal.samples[:, : max(2, round(shown * signal.rate))]
-    place = np.arange(beginning.shape[1]) / signal.rate
+    positions = np.arange(beginning.shape[1]) / signal.rate
     pictures = []
     window = min(256, count)
     for row, name in enumerate(signal.axes):
-        grid[row, 0].plot(place, beginning[row], lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
+        grid[row, 0].plot(positions, beginning[row], lw=0.6, color=AXIS_COLOURS[row % len(AXIS_COLOURS)])
         grid[row, 0].set_ylabel(f"{name}  {unit_text(signal.unit)}")
         grid[row, 0].margins(x=0)
         frames = {"nperseg": window, "noverlap": window // 2, "boundary": None, "padded": False}
@@ -75,7 +75,7 @@ def signal_figure(
         cells = _edges(t, (window - window // 2) / signal.rate), _edges(f, signal.rate / window)
         mesh = axes.pcolormesh(*cells, db, vmin=top - RANGE_DB, vmax=top, cmap="magma", rasterized=True)
     figure.colorbar(mesh, ax=grid[:, 1], fraction=0.06, pad=0.02, label=f"dB re 1 {unit_text(signal.unit)}")
-    part = "" if len(place) == count else f" (the first {len(place) / signal.rate:g} {extent})"
+    part = "" if len(positions) == count else f" (the first {len(positions) / signal.rate:g} {extent})"
     grid[-1, 0].set_xlabel(f"{quantity}, {extent}{part}")
     grid[-1, 1].set(xlabel=f"{quantity}, {extent}", xlim=(0, count / signal.rate))
     if title:

@@ -174,8 +174,8 @@ def excerpts(
     number = min(len(signals), max(1, budget // segment))
     chosen = sorted(rng.permutation(len(signals))[:number], key=lambda i: len(signals[i]))
     kept = []
-    for place, i in enumerate(chosen):
-        length = min(len(signals[i]), max(least, budget // (number - place)))
+    for index, i in enumerate(chosen):
+        length = min(len(signals[i]), max(least, budget // (number - index)))
         start = int(rng.integers(len(signals[i]) - length + 1))
         budget -= length
         kept.append((int(i), signals[i].cut(start, start + length)))

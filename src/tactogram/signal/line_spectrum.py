@@ -103,11 +103,11 @@ def reflection_of_line_spectrum(lines: ArrayLike) -> Array:
     # In the basis of P's roots, shift by one sample is a rotation by each angle: an orthogonal matrix ...
     size = w.size + 1
     shift = np.zeros((size, size))
-    for place, angle in zip(range(0, size - 1, 2), p_pairs, strict=False):
+    for row, angle in zip(range(0, size - 1, 2), p_pairs, strict=False):
         c, s = np.cos(angle), np.sin(angle)
-        shift[place : place + 2, place : place + 2] = [[c, -s], [s, c]]
-    for place, root in zip(range(2 * p_pairs.size, size), p_real, strict=True):
-        shift[place, place] = root
+        shift[row : row + 2, row : row + 2] = [[c, -s], [s, c]]
+    for row, root in zip(range(2 * p_pairs.size, size), p_real, strict=True):
+        shift[row, row] = root
     # ... whose Hessenberg form, begun at the weights, holds the reflection coefficients.
     start = np.zeros(size)
     start[0 : 2 * p_pairs.size : 2] = np.sqrt(2 * weights[: p_pairs.size])
@@ -122,10 +122,10 @@ def _angles(schur: Array) -> Array:
     """Return the angles, as ascending absolute values, of the orthogonal Hessenberg matrix of ``schur``."""
     matrix = np.eye(schur.size)
     matrix[-1] *= -schur[-1]
-    for place in range(schur.size - 2, -1, -1):
-        k = schur[place]
+    for row in range(schur.size - 2, -1, -1):
+        k = schur[row]
         c = np.sqrt((1 - k) * (1 + k))
-        matrix[place : place + 2] = np.array([[-k, c], [c, k]]) @ matrix[place : place + 2]
+        matrix[row : row + 2] = np.array([[-k, c], [c, k]]) @ matrix[row : row + 2]
     angles: Array = np.sort(np.abs(np.angle(eigvals(matrix))))
     return angles
 
@@ -157,18 +157,18 @@ def _schur_parameters(matrix: Array) -> Array:
     """Return the reflection coefficients of an orthogonal Hessenberg matrix, by peeling off rotations."""
     rest = matrix.copy()
     size = len(rest)
-    found = np.empty(size - 1)
-    for place in range(size - 1):
-        c, s = rest[place, place], rest[place + 1, place]
+    coefficients = np.empty(size - 1)
+    for row in range(size - 1):
+        c, s = rest[row, row], rest[row + 1, row]
         length = np.hypot(c, s)
         c, s = c / length, s / length
-        found[place] = -c
+        coefficients[row] = -c
         if s < 0:
-            rest[place + 1] *= -1
-            rest[:, place + 1 : place + 2] *= -1
+            rest[row + 1] *= -1
+            rest[:, row + 1 : row + 2] *= -1
             s = -s
-        rest[place : place + 2] = np.array([[c, s], [s, -c]]) @ rest[place : place + 2]
-    reflection: Array = np.clip(found[::-1], -LARGEST_REFLECTION, LARGEST_REFLECTION)
+        rest[row : row + 2] = np.array([[c, s], [s, -c]]) @ rest[row : row + 2]
+    reflection: Array = np.clip(coefficients[::-1], -LARGEST_REFLECTION, LARGEST_REFLECTION)
     return reflection
 
 

@@ -10,17 +10,17 @@ from tactogram.signal.signal import Signal
 
 def strongest_axis(signal: Signal) -> Signal:
     """Return the axis with the most power, without its mean."""
-    place = strongest(signal.samples)
-    samples = signal.samples[place]
-    return signal.with_samples(samples - samples.mean(), axes=(signal.axes[place],))
+    index = strongest(signal.samples)
+    samples = signal.samples[index]
+    return signal.with_samples(samples - samples.mean(), axes=(signal.axes[index],))
 
 
 def audible(signal: Signal) -> Signal:
     """Return the `strongest_axis` over time, at `AUDIBLE_RATE` or above."""
-    one = strongest_axis(signal)
-    if one.domain == "displacement":
-        return played(one, SPEED_MM_S, max(AUDIBLE_RATE, one.rate * SPEED_MM_S))
-    return resample(one, max(AUDIBLE_RATE, one.rate))
+    mono = strongest_axis(signal)
+    if mono.domain == "displacement":
+        return played(mono, SPEED_MM_S, max(AUDIBLE_RATE, mono.rate * SPEED_MM_S))
+    return resample(mono, max(AUDIBLE_RATE, mono.rate))
 
 
 def wav_bytes(signal: Signal) -> bytes:

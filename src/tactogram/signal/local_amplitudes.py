@@ -61,10 +61,10 @@ def _running_rms(x: NDArray[np.floating], rate: float, window: float) -> Array:
 def _with_spectrum_of(x: Array, y: Array, rate: float) -> Array:
     """Return ``y`` filtered, without delay, to the power spectrum of ``x``, and without a mean."""
     segment = min(x.shape[1], round(SEGMENT_S * rate))
-    wanted, found = (scipy.signal.welch(each, rate, nperseg=segment)[1] for each in (x, y))
-    gain = np.sqrt(wanted / np.maximum(found, np.finfo(float).tiny))
+    target_power, power = (scipy.signal.welch(each, rate, nperseg=segment)[1] for each in (x, y))
+    gain = np.sqrt(target_power / np.maximum(power, np.finfo(float).tiny))
     spectrum = np.fft.rfft(y)
-    place = np.linspace(0, gain.shape[1] - 1, spectrum.shape[1])
-    spectrum *= [np.interp(place, np.arange(len(row)), row) for row in gain]
+    bins = np.linspace(0, gain.shape[1] - 1, spectrum.shape[1])
+    spectrum *= [np.interp(bins, np.arange(len(row)), row) for row in gain]
     spectrum[:, 0] = 0
     return np.fft.irfft(spectrum, x.shape[1])

@@ -187,9 +187,9 @@ class ModulatedNoise:
         ``frequencies`` (Hz, ascending or not) beyond 0 and half the rate get the density there.
         """
         hz = np.linspace(0, self.rate / 2, self.spectrum.shape[1])
-        wanted = np.asarray(frequencies, np.float64)
-        noise = np.exp(2 * np.array([np.interp(wanted, hz, row) for row in self.spectrum]))
-        return np.asarray(noise + self.tones.power_spectrum(wanted))
+        points_hz = np.asarray(frequencies, np.float64)
+        noise = np.exp(2 * np.array([np.interp(points_hz, hz, row) for row in self.spectrum]))
+        return np.asarray(noise + self.tones.power_spectrum(points_hz))
 
     def log_likelihood(self, frames: ArrayLike) -> float:
         """Return the mean log-likelihood per frame of normal scores (frame, gain), an offset removed, nats."""

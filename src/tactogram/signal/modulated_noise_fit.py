@@ -180,16 +180,16 @@ def _coherence(signals: Sequence[NDArray[np.floating]], rate: float) -> Array:
     # The mean of K segments of independent axes is 1 / K.
     chance = 1 / max(2, segments)
     square = np.maximum(np.abs(coherency) ** 2 - chance, 0) / (1 - chance)
-    found = np.tile(np.eye(axes), (BANDS, 1, 1))
+    correlations = np.tile(np.eye(axes), (BANDS, 1, 1))
     for band, (low, high) in enumerate(itertools.pairwise(band_edges(rate))):
         inside = (frequency >= low) & (frequency < high)
         sign = np.where(coherency[..., inside].real.sum(axis=-1) < 0, -1.0, 1.0)
-        found[band] = sign * np.sqrt(square[..., inside].mean(axis=-1))
-        np.fill_diagonal(found[band], 1.0)
-        root = symmetric_root(found[band])
+        correlations[band] = sign * np.sqrt(square[..., inside].mean(axis=-1))
+        np.fill_diagonal(correlations[band], 1.0)
+        root = symmetric_root(correlations[band])
         root /= np.sqrt(np.sum(root**2, axis=1, keepdims=True))
-        found[band] = root @ root.T
-    return found
+        correlations[band] = root @ root.T
+    return correlations
 
 
 def _correlation(recordings: Sequence[Array]) -> tuple[Array, Array]:
@@ -207,10 +207,10 @@ def _with_spectrum(model: ModulatedNoise, recordings: Sequence[Array]) -> Modula
     rate = model.rate
     random = np.random.default_rng(SEED)
     for _ in range(CORRECTIONS):
-        made = [
+        signals = [
             synthesise_modulated_noise(model, 2 * x.shape[1] / rate, seed=random).samples for x in recordings
         ]
-        corrected = model.equaliser + model.spectrum - _log_amplitude(made, rate)
+        corrected = model.equaliser + model.spectrum - _log_amplitude(signals, rate)
         model = replace(model, equaliser=np.clip(corrected, -STRONGEST_CORRECTION, STRONGEST_CORRECTION))
     return model
 
@@ -218,9 +218,9 @@ def _with_spectrum(model: ModulatedNoise, recordings: Sequence[Array]) -> Modula
 def _log_amplitude(signals: Sequence[NDArray[np.floating]], rate: float) -> Array:
     """Return the mean logarithm of the amplitude spectra of signals (axis, time), shape (axis, frequency)."""
     density = [scipy.signal.welch(x, rate, nperseg=round(SEGMENT_S * rate), axis=-1)[1] for x in signals]
-    found: Array = np.mean(0.5 * np.log(np.maximum(density, SILENT)), axis=0)
-    found[:, 0] = found[:, 1]  # a constant is removed
-    return found
+    amplitude: Array = np.mean(0.5 * np.log(np.maximum(density, SILENT)), axis=0)
+    amplitude[:, 0] = amplitude[:, 1]  # a constant is removed
+    return amplitude
 
 
 def _check(signals: Sequence[Signal], lags: int) -> None:

@@ -315,7 +315,7 @@ def _synthesise(
         of_subframe = (now + 1 - begin) / (end - begin)
         number = subframe - SUBFRAMES * (frame - 1)
         state.place[0] = (state.place[0] + 1) % taps
-        place = state.place[0]
+        position = state.place[0]
         for a in range(axes):
             row = a * each
             total = 0.0
@@ -330,22 +330,22 @@ def _synthesise(
                 gain = _between(g, 0, row + b, 1, row + b, of_frame, r)
                 total += np.exp(gain) * y
             state.power[a] += factor * (total * total - state.power[a])
-            at = row + BANDS + number
+            index = row + BANDS + number
             if number == 0:
-                level = _between(g, 0, row + each - 1, 1, at, of_subframe, r)
+                level = _between(g, 0, row + each - 1, 1, index, of_subframe, r)
             else:
-                level = _between(g, 1, at - 1, 1, at, of_subframe, r)
+                level = _between(g, 1, index - 1, 1, index, of_subframe, r)
             state.sources[a] = total * np.exp(level) / np.sqrt(max(state.power[a], SILENT))
         for a in range(axes):
             x = 0.0
             for c in range(axes):
                 x += ((1 - r) * first.mixing[a, c] + r * last.mixing[a, c]) * state.sources[c]
             ring = state.history[a]
-            ring[place] = x
-            ring[place + taps] = x
-            out[a, t] = _dot(first.taps[a], ring, place + taps)
+            ring[position] = x
+            ring[position + taps] = x
+            out[a, t] = _dot(first.taps[a], ring, position + taps)
             if moving:
-                out[a, t] += r * (_dot(last.taps[a], ring, place + taps) - out[a, t])
+                out[a, t] += r * (_dot(last.taps[a], ring, position + taps) - out[a, t])
     state.place[1] = subframe
     return frame
 

@@ -47,9 +47,9 @@ class Motion:
 
     def __post_init__(self) -> None:
         for name in ("time_s", "speed_mm_s", "force_n", "gain", "contact"):
-            if (given := getattr(self, name)) is None:
+            if (values := getattr(self, name)) is None:
                 continue
-            array = np.array(given, np.float64)
+            array = np.array(values, np.float64)
             if array.ndim != 1 or len(array) < 2 or len(array) != len(self.time_s):
                 raise ParameterError(
                     f"{name} of a motion must have one number for each of at least two times, got {array.shape}"

@@ -104,8 +104,8 @@ def sensation_level_db(signal: Signal, *, band: tuple[float, float] = FELT_HZ) -
         x, signal.rate, nperseg=length, scaling="density", detrend="constant", axis=1
     )
     weight = _weight(frequency, signal.unit, band)
-    felt = 2 * float(np.sum(power * weight**2)) * signal.rate / length
-    return float(10 * np.log10(felt)) if felt > 0 else -np.inf
+    ratio = 2 * float(np.sum(power * weight**2)) * signal.rate / length
+    return float(10 * np.log10(ratio)) if ratio > 0 else -np.inf
 
 
 def _check(signal: Signal, band: tuple[float, float]) -> None:

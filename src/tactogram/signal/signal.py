@@ -204,9 +204,9 @@ def _frozen(samples: ArrayLike) -> NDArray[np.float32]:
         with np.errstate(over="ignore"):
             array = np.array(array, dtype=np.float32)
     if not np.isfinite(array).all():
-        axis, place = np.argwhere(~np.isfinite(array))[0]
+        axis, sample = np.argwhere(~np.isfinite(array))[0]
         raise ParameterError.must(
-            "samples", f"be finite, got {array[axis, place]} at axis {axis}, sample {place}"
+            "samples", f"be finite, got {array[axis, sample]} at axis {axis}, sample {sample}"
         )
     array.flags.writeable = False
     return array

@@ -72,9 +72,9 @@ class Synthesizer:
         return Signal(out.astype(np.float32), self.model.rate, self.model.unit, self.model.axes)
 
     def _turn_to(self, model: AutoregressiveModel) -> None:
-        place = self._done / self._glide * WAYPOINTS
-        step = min(int(place), WAYPOINTS - 1)
-        share = place - step
+        waypoint = self._done / self._glide * WAYPOINTS
+        step = min(int(waypoint), WAYPOINTS - 1)
+        share = waypoint - step
         here = mix(self._way[step : step + 2], [1 - share, share])
         self._way = [mix([here, model], [1 - w, w]) for w in np.linspace(0, 1, WAYPOINTS + 1)]
         more = max(here.order, model.order) - self._state.shape[1]
@@ -121,9 +121,9 @@ def ladder(
     last = len(reflection) - 1
     axes, order = state.shape
     for t in range(len(noise)):
-        place = min(1.0, (done + t) / glide) * last
-        i = min(int(place), last - 1)
-        r = place - i
+        waypoint = min(1.0, (done + t) / glide) * last
+        i = min(int(waypoint), last - 1)
+        r = waypoint - i
         for a in range(axes):
             x = 0.0
             square = 0.0

@@ -84,15 +84,15 @@ class ConditionMap:
         for this surface, negative or not finite is a `ParameterError`.
         """
         point = np.zeros(2)
-        for place, value in enumerate((speed_mm_s, force_n)):
+        for axis, value in enumerate((speed_mm_s, force_n)):
             if value is None:
-                point[place] = np.median(self._points[:, place])
-            elif not self.has_conditions[place]:
-                raise ParameterError(f"{NAMES[place]} is unknown for this surface's recordings; omit it")
+                point[axis] = np.median(self._points[:, axis])
+            elif not self.has_conditions[axis]:
+                raise ParameterError(f"{NAMES[axis]} is unknown for this surface's recordings; omit it")
             elif not (np.isfinite(value) and value >= 0):
-                raise ParameterError(f"{NAMES[place]} must be finite and >= 0, got {value}")
+                raise ParameterError(f"{NAMES[axis]} must be finite and >= 0, got {value}")
             else:
-                point[place] = value / self._scale[place]
+                point[axis] = value / self._scale[axis]
         shares = np.zeros(len(self.conditions))
         corners, inside = _within(point, self._points, self._triangles)
         if corners is None:
@@ -138,7 +138,7 @@ class ModelMap(ConditionMap, Generic[M]):
 
     def moved(self, chosen: NDArray[np.intp], speed_mm_s: float | None) -> list[M]:
         """Return the chosen models as they are to be mixed at a speed: here as they are."""
-        return [self.models[place] for place in chosen]
+        return [self.models[index] for index in chosen]
 
     def mix(self, weights: Array) -> M:
         """Return the mix of the models."""
@@ -203,16 +203,16 @@ class NoiseMap(ModelMap[ModulatedNoise]):
         """Return the chosen models with their spectra and tones moved to a speed, or to the nearest recorded one."""
         recorded = self.conditions[:, 0]
         if not self.has_conditions[0]:
-            return [self.models[place] for place in chosen]
-        wanted = np.median(recorded) if speed_mm_s is None else speed_mm_s
-        speed = float(np.clip(wanted, recorded.min(), recorded.max()))
-        ratios = [speed / recorded[place] if recorded[place] > 0 and speed > 0 else 1.0 for place in chosen]
+            return [self.models[index] for index in chosen]
+        target_mm_s = np.median(recorded) if speed_mm_s is None else speed_mm_s
+        speed = float(np.clip(target_mm_s, recorded.min(), recorded.max()))
+        ratios = [speed / recorded[index] if recorded[index] > 0 and speed > 0 else 1.0 for index in chosen]
         band = band_edges(self.models[0].rate)[[0, -1]]
         return [
             model
             if ratio == 1
             else replace(stretched(model, ratio**self.exponent), tones=model.tones.moved(ratio, band))
-            for model, ratio in zip((self.models[place] for place in chosen), ratios, strict=True)
+            for model, ratio in zip((self.models[index] for index in chosen), ratios, strict=True)
         ]
 
     @cached_property

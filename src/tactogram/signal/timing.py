@@ -103,7 +103,7 @@ def _even_timing(t: NDArray[np.float64]) -> SamplingTiming | None:
     if reach > max(1e-3 * period, 0.51 * resolution):
         return None
     offs = [(float(off.sum()), float(off @ off)) for b in blocks for off in [deviation(b, period) - centre]]
-    mean = sum(one for one, _ in offs) / len(t)
+    mean = sum(total for total, _ in offs) / len(t)
     jitter = max(0.0, sum(two for _, two in offs) / len(t) - mean**2) ** 0.5
     largest = max(float(np.diff(t[b.start : b.stop + 1]).max(initial=0)) for b in blocks)
     return SamplingTiming(1 / period, len(t), jitter, largest, 0, 0, resolution, even=True)
@@ -248,18 +248,18 @@ def _places(t: NDArray[np.float64]) -> NDArray[np.int64]:
     if line is not None and np.abs(t - line(places)).max() < _MOST_OFF * period:
         return places  # what the loop below finds, too
     places = np.zeros(len(t), dtype=np.int64)
-    place, expected, previous = 0, float(t[0]), float(t[0])
+    tick, expected, previous = 0, float(t[0]), float(t[0])
     for i, stamp in enumerate(t[1:].tolist(), start=1):
         if stamp != previous:
             ticks = max(0, round((stamp - expected) / period))
-            place += ticks
+            tick += ticks
             expected += ticks * period
             error = stamp - expected
             # Proportional and integral gain of a loop damped over some 20 samples; the clock may drift.
             expected += 0.1 * error
             period += 0.001 * max(-period, min(period, error))
             previous = stamp
-        places[i] = place
+        places[i] = tick
     return places
 
 
@@ -308,9 +308,9 @@ def _kernel(offset: NDArray[np.float64]) -> NDArray[np.float64]:
     Looked up in a table of 4096 steps with linear interpolation: off by less than 3e-8.
     """
     table, slope = _kernel_table()
-    place = offset * slope.shape[1]
-    left = np.minimum(place.astype(np.int64), slope.shape[1] - 1)
-    return np.asarray(table[:, left] + (place - left) * slope[:, left])
+    position = offset * slope.shape[1]
+    left = np.minimum(position.astype(np.int64), slope.shape[1] - 1)
+    return np.asarray(table[:, left] + (position - left) * slope[:, left])
 
 
 @cache

@@ -79,25 +79,25 @@ def split_tones(
         Range of the lines.
     """
     limits = np.asarray(band, np.float64)
-    found = [stroke_lines(x, rate, band=limits) for x in recordings]
-    having = [place for place, lines in enumerate(found) if lines is not None]
+    all_lines = [stroke_lines(x, rate, band=limits) for x in recordings]
+    having = [index for index, lines in enumerate(all_lines) if lines is not None]
     if 2 * len(having) < len(recordings) or not having:
         return [], list(recordings)
-    strokes = {place: lines for place, lines in enumerate(found) if lines is not None}
+    strokes = {index: lines for index, lines in enumerate(all_lines) if lines is not None}
     share = {p: lines.power.sum() / np.mean(np.sum(recordings[p] ** 2, 0)) for p, lines in strokes.items()}
     median = sorted(having, key=share.__getitem__)[len(having) // 2]
-    wanted = np.sum([each.power for each in strokes.values()], axis=0) / len(recordings)
+    power = np.sum([each.power for each in strokes.values()], axis=0) / len(recordings)
     speeds, unsteadiness = _unsteadiness(list(strokes.values()), rate)
     tones = {}
-    for (place, lines), speed in zip(strokes.items(), speeds, strict=True):
-        scale = np.sqrt(wanted / np.maximum(lines.power, np.finfo(float).tiny)) * np.exp(
+    for (stroke, lines), speed in zip(strokes.items(), speeds, strict=True):
+        scale = np.sqrt(power / np.maximum(lines.power, np.finfo(float).tiny)) * np.exp(
             -(unsteadiness[3] ** 2)
         )
         parts = np.stack((lines.amplitude.real, lines.amplitude.imag)) * scale[:, None]
-        tones[place] = Tones(float(np.exp(speed)) * lines.multiple, parts, unsteadiness)
+        tones[stroke] = Tones(float(np.exp(speed)) * lines.multiple, parts, unsteadiness)
     first = [tones.pop(median)]
     return first + list(tones.values()), [
-        x if place not in strokes else strokes[place].rest for place, x in enumerate(recordings)
+        x if index not in strokes else strokes[index].rest for index, x in enumerate(recordings)
     ]
 
 
@@ -171,10 +171,10 @@ def _ridge(x: Array, rate: float, band: Array) -> Array:
 def _demodulated(x: Array, cycles: Array, rate: float, bandwidth: float) -> NDArray[np.complex128]:
     """Return the slow amplitude, (axis, time), of a line of the phase ``cycles``."""
     low_pass = scipy.signal.butter(2, bandwidth, fs=rate, output="sos")
-    found: NDArray[np.complex128] = scipy.signal.sosfiltfilt(
+    amplitude: NDArray[np.complex128] = scipy.signal.sosfiltfilt(
         low_pass, x * np.exp(-2j * np.pi * cycles), axis=-1
     )
-    return found
+    return amplitude
 
 
 def _over_noise(x: Array, cycles: Array, rate: float) -> float:
@@ -205,11 +205,11 @@ def _multiples(x: Array, cycles: Array, rate: float) -> Array:
     peaks = scipy.signal.find_peaks(power)[0]
     peaks = peaks[(power[peaks] > PROMINENT * median[peaks]) & (peaks > 2)]
     peaks = peaks[np.argsort(-power[peaks], kind="stable")]
-    found = [1.0]
+    multiples = [1.0]
     for peak in peaks:
-        before, at, after = np.log(power[peak - 1 : peak + 2])
-        multiple = (peak + 0.5 * (before - after) / (before - 2 * at + after)) / total
-        if min(abs(multiple - other) for other in found) * total < 4:
+        before, top, after = np.log(power[peak - 1 : peak + 2])
+        multiple = (peak + 0.5 * (before - after) / (before - 2 * top + after)) / total
+        if min(abs(multiple - other) for other in multiples) * total < 4:
             continue
         slow = _demodulated(x, multiple * cycles, rate, STEADY_HZ)
         if _steadiness(slow) < STEADY:
@@ -219,10 +219,10 @@ def _multiples(x: Array, cycles: Array, rate: float) -> Array:
             for m in range(1, MULTIPLES + 1)
             if abs((n := round(m * multiple)) / m - multiple) * total < 0.5
         ]
-        found.append(near[0] if near else multiple)
-        if len(found) == LINES:
+        multiples.append(near[0] if near else multiple)
+        if len(multiples) == LINES:
             break
-    return np.array(found)
+    return np.array(multiples)
 
 
 def _unsteadiness(strokes: Sequence[StrokeLines], rate: float) -> tuple[Array, Array]:

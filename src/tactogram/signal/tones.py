@@ -276,11 +276,11 @@ def share_pattern(tones: Sequence[Tones], speeds: ArrayLike, band: Array) -> lis
     power = np.array([each.power.sum() for each in tones])
     if len(tones) == 1 or not power.any():
         return list(tones)
-    place = int(np.argmax(power))
-    pattern, own = tones[place], tones[place].power
-    ratio = np.nan_to_num(np.asarray(speeds, np.float64) / np.asarray(speeds, np.float64)[place], nan=1.0)
-    found = []
+    strongest = int(np.argmax(power))
+    pattern, own = tones[strongest], tones[strongest].power
+    ratio = np.nan_to_num(np.asarray(speeds, np.float64) / np.asarray(speeds, np.float64)[strongest], nan=1.0)
+    patterns = []
     for each, times in zip(tones, ratio, strict=True):
         gain = np.sqrt(each.power / np.where(own > 0, own, 1.0))
-        found.append(pattern.moved(float(times), band).scaled(gain))
-    return found
+        patterns.append(pattern.moved(float(times), band).scaled(gain))
+    return patterns

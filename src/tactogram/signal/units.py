@@ -146,18 +146,18 @@ def parse_unit(text: str) -> tuple[str, float]:
 def parse_seconds(text: str) -> float | None:
     """Return the time unit ``text`` in s (``"ms"`` is 0.001, ``"100 ns"`` 1e-7); None if it is not a time unit."""
     plain = _plain(text)
-    if found := re.fullmatch(r"[x*]?(1/)?(\d+(?:\.\d+)?)\*?([a-z]+)", plain):
-        times, one = float(found[2]), parse_seconds(found[3])
-        return None if one is None or times == 0 else one / times if found[1] else one * times
+    if match := re.fullmatch(r"[x*]?(1/)?(\d+(?:\.\d+)?)\*?([a-z]+)", plain):
+        times, unit_s = float(match[2]), parse_seconds(match[3])
+        return None if unit_s is None or times == 0 else unit_s / times if match[1] else unit_s * times
     return _SECONDS.get(plain, _SECONDS.get(_BY_WORD.get(plain.lower(), "")))
 
 
 def split_heading(heading: str) -> tuple[str, str | None]:
     """Return name and unit of a column headed ``name [unit]`` or ``name (unit)``; the unit is None if missing."""
-    found = re.fullmatch(
+    match = re.fullmatch(
         r"\s*(.*?)\s*(?:\[\s*([^\[\]]*?)\s*\]|\(\s*((?:[^()]|\([^()]*\))*?)\s*\))\s*", heading
     )
-    return (found[1], found[2] or found[3] or "") if found and found[1] else (heading.strip(), None)
+    return (match[1], match[2] or match[3] or "") if match and match[1] else (heading.strip(), None)
 
 
 def _plain(text: str) -> str:

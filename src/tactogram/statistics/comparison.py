@@ -114,10 +114,10 @@ def steel_dwass(groups: Mapping[str, ArrayLike]) -> Comparison:
     samples = _groups(groups)
     with np.errstate(invalid="ignore"):  # two groups of one value: NaN, replaced below
         table = scikit_posthocs.posthoc_dscf(list(samples.values())).to_numpy()
-    place = {name: number for number, name in enumerate(samples)}
+    row_of = {name: number for number, name in enumerate(samples)}
 
     def compared(first: str, second: str) -> tuple[float, float]:
-        p = float(table[place[first], place[second]])
+        p = float(table[row_of[first], row_of[second]])
         return _rank_z(samples[first], samples[second]), 1.0 if np.isnan(p) else p
 
     pairs = _pairs(samples, compared, "none")
@@ -227,13 +227,13 @@ def _pairs(
     correction: str,
 ) -> tuple[PairComparison, ...]:
     names = list(combinations(samples, 2))
-    found = [compare(first, second) for first, second in names]
-    ps = [p for _, p in found]
+    results = [compare(first, second) for first, second in names]
+    ps = [p for _, p in results]
     if correction == "holm":
         ps = holm(ps)
     return tuple(
         PairComparison(first, second, float(samples[first].mean() - samples[second].mean()), statistic, p)
-        for (first, second), (statistic, _), p in zip(names, found, ps, strict=True)
+        for (first, second), (statistic, _), p in zip(names, results, ps, strict=True)
     )
 
 
@@ -345,7 +345,7 @@ def paired_equivalence(differences: ArrayLike, *, margin: float) -> float:
     """
     if not margin > 0:
         raise ParameterError.must("margin", "be > 0", margin)
-    found = summary(differences)
-    if found.se == 0:
-        return 0.0 if abs(found.mean) < margin else 1.0
-    return float(stats.t.sf((margin - abs(found.mean)) / found.se, found.n - 1))
+    result = summary(differences)
+    if result.se == 0:
+        return 0.0 if abs(result.mean) < margin else 1.0
+    return float(stats.t.sf((margin - abs(result.mean)) / result.se, result.n - 1))

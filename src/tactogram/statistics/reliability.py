@@ -133,8 +133,8 @@ def _distances(values: NDArray[np.float64], counts: NDArray[np.int64], level: Le
     if level == "nominal":
         return 1.0 - np.eye(len(values))
     # Of ranks that count every score between two: sum of n_g from c to k, less half of n_c and n_k.
-    place = np.cumsum(counts) - counts / 2 if level == "ordinal" else values
-    squared: NDArray[np.float64] = (place[:, None] - place[None, :]) ** 2
+    scores = np.cumsum(counts) - counts / 2 if level == "ordinal" else values
+    squared: NDArray[np.float64] = (scores[:, None] - scores[None, :]) ** 2
     return squared
 
 

@@ -102,9 +102,9 @@ class TabulatedResponse(_Source):
     def at(self, frequency: ArrayLike) -> NDArray[np.complex128]:
         """Return the response at ``frequency`` in Hz, complex128, of the same shape; constant outside of its range."""
         f, gain, phase = np.array(self.points, np.float64).reshape(-1, 3).T
-        place = np.log(np.clip(np.asarray(frequency, np.float64), f[0], f[-1]))
-        level = scipy.interpolate.PchipInterpolator(np.log(f), np.log(gain))(place)
-        turn = scipy.interpolate.PchipInterpolator(np.log(f), phase)(place)
+        log_hz = np.log(np.clip(np.asarray(frequency, np.float64), f[0], f[-1]))
+        level = scipy.interpolate.PchipInterpolator(np.log(f), np.log(gain))(log_hz)
+        turn = scipy.interpolate.PchipInterpolator(np.log(f), phase)(log_hz)
         response: NDArray[np.complex128] = np.exp(level + 1j * turn)
         return response
 

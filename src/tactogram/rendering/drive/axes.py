@@ -63,8 +63,8 @@ def to_one_axis(signal: Signal, choice: str | None = None) -> tuple[Signal, str 
     cancel.
     """
     if choice in signal.axes:
-        one = signal.select(choice)
-        return one, f"axis {choice} of {', '.join(signal.axes)}" if len(signal.axes) > 1 else None
+        selected = signal.select(choice)
+        return selected, f"axis {choice} of {', '.join(signal.axes)}" if len(signal.axes) > 1 else None
     if choice is not None and choice not in CHOICES:
         raise ParameterError.one_of("axis", (*signal.axes, *CHOICES), choice)
     if len(signal.axes) == 1:

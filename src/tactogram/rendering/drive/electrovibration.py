@@ -215,8 +215,8 @@ def modulated(
     s.check_rate(rate, highest_hz)
     mu = resample(target, rate).samples[0].astype(np.float64)
     mu, filtering = shaped(mu, rate, band=(0.0, highest_hz), cutoff_hz=None, cap_db=None, loop=False)
-    wanted = math.sqrt(2) * voltage(mu, s)
-    envelope = slewed(wanted, s.slew_v_per_s / rate)
+    amplitude_v = math.sqrt(2) * voltage(mu, s)
+    envelope = slewed(amplitude_v, s.slew_v_per_s / rate)
     samples = limited(s.output_of(envelope, rate) / s.amplifier_gain, s.peak_v)
     return Signal(samples, rate, "V", ("drive",)), {
         "output": s.output,
@@ -226,7 +226,7 @@ def modulated(
         "highest_hz": highest_hz,
         "removed_share": filtering["removed_share"],
         "slew_v_per_s": s.slew_v_per_s,
-        "slewed_share": float(np.mean(wanted - envelope > 1e-6 * s.v_max)),
+        "slewed_share": float(np.mean(amplitude_v - envelope > 1e-6 * s.v_max)),
     }
 
 

@@ -81,8 +81,8 @@ class EqualiserDesign:
     @cached_property
     def errors_db(self) -> Array:
         """Magnitude relative to the wanted one at `checked_hz`, dB, float64, shape (frequency,)."""
-        made = np.abs(self.response(self.checked_hz))
-        return np.asarray(20 * np.log10(np.maximum(made, 1e-30) / self.wanted(self.checked_hz)))
+        magnitude = np.abs(self.response(self.checked_hz))
+        return np.asarray(20 * np.log10(np.maximum(magnitude, 1e-30) / self.wanted(self.checked_hz)))
 
     def facts(self) -> dict[str, Any]:
         """Return length, delay and errors as JSON values."""
@@ -128,9 +128,9 @@ def equaliser(
     most = max(SHORTEST_TAPS, min(MOST_TAPS, int(LONGEST_S * rate)))
     impulse, count = _impulse(gain), SHORTEST_TAPS
     while True:
-        made = EqualiserDesign(rate, (low, high), _cut(impulse, count), edges, wanted, checked or band)
-        if count >= most or float(np.abs(made.errors_db).max()) <= WITHIN_DB:
-            return made
+        design = EqualiserDesign(rate, (low, high), _cut(impulse, count), edges, wanted, checked or band)
+        if count >= most or float(np.abs(design.errors_db).max()) <= WITHIN_DB:
+            return design
         count = min(2 * count, most)
 
 

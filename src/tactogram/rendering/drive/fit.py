@@ -79,7 +79,7 @@ def fit(
     if not isinstance(level, Level):
         raise ParameterError.must("level", "be a Level or its text, such as peak=0.5", level)
     display = display if isinstance(display, Display) else open_display(display)
-    given = signal_facts(signal_of(signal))
+    source_facts = signal_facts(signal_of(signal))
     scaled: list[str] = []
     if signal.domain == "displacement":
         if speed_mm_s is None:
@@ -108,7 +108,7 @@ def fit(
         display=display.name,
         family=display.family,
         level=level.facts(),
-        signal=given,
+        signal=source_facts,
         drive=signal_facts(drive),
         scaled=scaled,
         clipped=clipped,

@@ -80,10 +80,10 @@ def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalib
     must be named.
     """
     known = read_calibrations(path)
-    names = ", ".join(one.person for one in known)
+    names = ", ".join(calibration.person for calibration in known)
     if person is None and len(known) != 1:
         raise ParameterError(f"{path}: holds {names or 'no calibration'}: name the person")
-    matching = [one for one in known if person in (None, one.person)]
+    matching = [calibration for calibration in known if person in (None, calibration.person)]
     if len(matching) != 1:
         raise ParameterError(f"{path}: person must be one of {names}, got {person!r} {len(matching)} times")
     return matching[0]

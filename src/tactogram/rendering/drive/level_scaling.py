@@ -60,12 +60,12 @@ def factor_of(
         return 1.0, 1.0, "nothing: the output is the signal, in its own unit"
     original = sensation_level_db(signal)
     present = sensation_level_db(output)
-    wanted = original if level.value is None else level.value
+    target_db = original if level.value is None else level.value
     if not (np.isfinite(original) and np.isfinite(present)):
         return 1.0, 1.0, "nothing: the signal is silent"
-    factor = float(10 ** ((wanted - present) / 20))
-    words = f"times {factor:.4g}: from {present:.1f} to {wanted:.1f} dB above the threshold"
-    return factor, float(10 ** ((wanted - original) / 20)), words
+    factor = float(10 ** ((target_db - present) / 20))
+    words = f"times {factor:.4g}: from {present:.1f} to {target_db:.1f} dB above the threshold"
+    return factor, float(10 ** ((target_db - original) / 20)), words
 
 
 def within_limits(

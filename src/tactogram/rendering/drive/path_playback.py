@@ -68,11 +68,11 @@ def play_loop(
     """
     copies, axes, nodes = table.shape
     for i in range(count):
-        at = (place[i] * nodes_per_mm) % nodes
-        node = int(at)
+        position = (place[i] * nodes_per_mm) % nodes
+        node = int(position)
         if node >= nodes:
             node = 0
-        r = at - node
+        r = position - node
         i0 = node - 1 if node > 0 else nodes - 1
         i2 = node + 1 if node + 1 < nodes else 0
         i3 = i2 + 1 if i2 + 1 < nodes else 0
@@ -167,7 +167,7 @@ class PathPlayback:
         """Return the position at each sample, after the hysteresis."""
         start = float(news[0]) if self.place_mm is None or self._lifted else self.place_mm
         path, half = [start], self._hysteresis_mm / 2
-        for place in news.tolist():
-            path.append(min(max(path[-1], place - half), place + half))
+        for position in news.tolist():
+            path.append(min(max(path[-1], position - half), position + half))
         self.place_mm = path[-1]
         return np.asarray(np.interp(np.arange(1, length + 1) / length, np.linspace(0, 1, len(path)), path))

@@ -57,10 +57,10 @@ def strength(signal: Signal, settings: StrengthSettings, *, display: Display, le
     sensation level does not apply to signal or display; `ParameterError` if too much exceeds full drive and the
     settings refuse that.
     """
-    wanted, words = _wanted(signal, settings, display, level)
+    unlimited, words = _wanted(signal, settings, display, level)
     scaled, clipped = [words], list[str]()
     share, limiting = within_limits(
-        wanted,
+        unlimited,
         0.0,
         1.0,
         unit="1",
@@ -86,25 +86,25 @@ def _wanted(
             f"is known; the signal is in {signal.unit}, that of {display.name} {known}: use gain=FACTOR or peak=SHARE"
         )
     if level.kind == "sensation":
-        felt = _at_rate(_amplitude(weighted(signal), smoothing_ms), signal.rate, display.rate)
+        amplitude = _at_rate(_amplitude(weighted(signal), smoothing_ms), signal.rate, display.rate)
         original = sensation_level_db(signal)
         more = 0.0 if level.value is None or not np.isfinite(original) else level.value - original
         threshold = float(detection_threshold(frequency_hz, "m/s^2"))
-        share = felt * threshold / float(output_at_full or 1.0) * 10 ** (more / 20)
+        share = amplitude * threshold / float(output_at_full or 1.0) * 10 ** (more / 20)
         return share, f"as far above the threshold at {frequency_hz:g} Hz as the signal, {more:+.1f} dB"
-    felt = _at_rate(_amplitude(_in_band(signal, display), smoothing_ms), signal.rate, display.rate)
+    amplitude = _at_rate(_amplitude(_in_band(signal, display), smoothing_ms), signal.rate, display.rate)
     full = output_at_full or 1.0
     match level.kind:
         case "physical":
-            return felt / full, f"{full:g} m/s^2 of the signal are full drive"
+            return amplitude / full, f"{full:g} m/s^2 of the signal are full drive"
         case "gain":
             value = float(level.value or 1.0)
             per = "m/s^2" if output_at_full is not None else "of full drive"
-            return felt * value / full, f"{value:g} {per} per {signal.unit} of the signal, as requested"
-    peak = float(felt.max())
+            return amplitude * value / full, f"{value:g} {per} per {signal.unit} of the signal, as requested"
+    peak = float(amplitude.max())
     factor = float(level.value or 1.0) / peak if peak > 0 else 1.0
     words = f"the strongest moment is {level.value:g} of full drive; the signal's own level is lost"
-    return felt * factor, words
+    return amplitude * factor, words
 
 
 def _in_band(signal: Signal, display: Display) -> Signal:

@@ -72,8 +72,8 @@ def one_axis(model: ModulatedNoise, axis: str) -> ModulatedNoise:
     if axis == "all" or len(model.axes) == 1:
         return model
     steady = replace(model, mean=np.zeros(len(model.axes)), tones=no_tones(len(model.axes)))
-    made = [synthesise_modulated_noise(steady, DRAWN_S, seed=seed) for seed in range(DRAWINGS)]
-    fitted = fit_modulated_noise([combined(signal, axis)[0] for signal in made], lags=model.lags)
+    signals = [synthesise_modulated_noise(steady, DRAWN_S, seed=seed) for seed in range(DRAWINGS)]
+    fitted = fit_modulated_noise([combined(signal, axis)[0] for signal in signals], lags=model.lags)
     chosen = [axis in ("dft321", name) for name in model.axes]
     deviation, spectrum = (
         0.5 * np.log(np.sum(np.exp(2 * values[chosen]), axis=0, keepdims=True))
@@ -219,8 +219,8 @@ def _in_c(values: NDArray[np.float64], text: Any) -> dict[str, Any]:
 
 def _number(value: float) -> str:
     """Return a number with all digits of single precision."""
-    found = f"{float(value):.9g}"
-    return found if re.search(r"[.e]", found) else f"{found}.0"
+    text = f"{float(value):.9g}"
+    return text if re.search(r"[.e]", text) else f"{text}.0"
 
 
 def _cost(model: ModulatedNoise, block: int, table_words: int) -> HeaderCost:

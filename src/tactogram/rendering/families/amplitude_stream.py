@@ -52,8 +52,8 @@ def drive(
     Raises `UnitError` if the level does not apply to this signal or actuator; `ParameterError` if too much exceeds
     the limit and ``over`` is ``refuse``.
     """
-    wanted = strength(signal, settings, display=display, level=level)
-    share, scaled = wanted.share, wanted.scaled
+    vibration = strength(signal, settings, display=display, level=level)
+    share, scaled = vibration.share, vibration.scaled
     target = np.sqrt(share) if settings.actuator == "erm" else share
     silent = target < settings.start
     target = np.where(silent, 0.0, target)
@@ -68,7 +68,7 @@ def drive(
     facts: dict[str, Any] = {
         "setup": setup_registers(settings),
         "register": PLAYBACK_REGISTER,
-        "limiting": wanted.limiting,
+        "limiting": vibration.limiting,
         "silent_share": float(np.mean(silent & (share > 0))),
         "overdriven_share": float(np.mean(np.abs(values) > rated + 0.5)),
         "braking_share": float(np.mean(values < 0)),
@@ -91,7 +91,7 @@ def drive(
             f"overdriven in {above} and braked in {below} of the steps, against a time constant of "
             f"{settings.rise_ms:g} ms"
         )
-    facts |= {"scaled": scaled, "clipped": wanted.clipped, "unreachable": unreachable}
+    facts |= {"scaled": scaled, "clipped": vibration.clipped, "unreachable": unreachable}
     return Signal(values.astype(np.float32), display.rate, display.unit, display.channels), facts
 
 
@@ -119,8 +119,8 @@ def _overdriven(target: NDArray[np.float64], keeps: float, most: float) -> NDArr
     """Return the commands that bring a first-order lag to ``target`` at the end of each step, within ±``most``."""
     command = np.empty_like(target)
     now = 0.0
-    for n, wanted in enumerate(target):
-        command[n] = min(max((wanted - keeps * now) / (1 - keeps), -most), most)
+    for n, value in enumerate(target):
+        command[n] = min(max((value - keeps * now) / (1 - keeps), -most), most)
         now = keeps * now + (1 - keeps) * command[n]
     return command
 

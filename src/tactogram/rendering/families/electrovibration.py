@@ -71,10 +71,10 @@ class ElectrovibrationStream:
             silent = np.zeros(length)
         self._silent = float(silent[-1])
         alive = (silent <= self._patience) & (not self._stopped)
-        wanted = math.sqrt(2) * voltage(mu, self.settings)
+        volts = math.sqrt(2) * voltage(mu, self.settings)
         envelope = np.empty(length)
         for i in range(length):
-            self._amplitude = min(max(wanted[i], self._amplitude - self._slew), self._amplitude + self._slew)
+            self._amplitude = min(max(volts[i], self._amplitude - self._slew), self._amplitude + self._slew)
             step = self._release if alive[i] else -self._release
             self._gain = min(max(self._gain + step, 0.0), 1.0)
             envelope[i] = self._amplitude * self._gain
@@ -114,9 +114,9 @@ class SurfaceStream:
         count = block.shape[1]
         if motion is None or motion.count != count:
             return np.asarray(self._stream.process(None, count)[None], np.float64)
-        place = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self._along]
+        path = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self._along]
         touching = bool(motion.contact[:count].any())
-        return np.asarray(self._stream.process(place[:count], count, contact=touching)[None], np.float64)
+        return np.asarray(self._stream.process(path[:count], count, contact=touching)[None], np.float64)
 
     def facts(self) -> dict[str, Any]:
         """Return what was scaled, clipped and unreachable for the whole surface."""

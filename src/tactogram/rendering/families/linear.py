@@ -203,8 +203,8 @@ def _per_channel(signal: Signal, display: Display) -> tuple[Signal, list[str]]:
     return signal.with_samples(signal.samples[:count], axes=display.channels), names
 
 
-def _levels(wanted: Signal, rendered: Signal) -> dict[str, float | None]:
-    levels = {"wanted": sensation_level_db(wanted), "rendered": sensation_level_db(rendered)}
+def _levels(target: Signal, rendered: Signal) -> dict[str, float | None]:
+    levels = {"wanted": sensation_level_db(target), "rendered": sensation_level_db(rendered)}
     return {name: value if np.isfinite(value) else None for name, value in levels.items()}
 
 

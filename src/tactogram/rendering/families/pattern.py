@@ -34,8 +34,8 @@ def drive(
     equal neighbours merged. Raises `UnitError` if the level does not apply to this signal or phone; `ParameterError` if
     too much exceeds the limit and ``over`` is ``refuse``.
     """
-    wanted = strength(signal, settings, display=display, level=level)
-    share, scaled = wanted.share, wanted.scaled
+    vibration = strength(signal, settings, display=display, level=level)
+    share, scaled = vibration.share, vibration.scaled
     if settings.strengths == 1:
         values = _on_off(share, display.shortest_steps)
         scaled.append("on and off alternate: the share of time on follows the strength")
@@ -43,12 +43,12 @@ def drive(
         values = np.round(share * settings.strengths)
     timings, strengths = runs(values, display.rate)
     facts = {
-        "limiting": wanted.limiting,
+        "limiting": vibration.limiting,
         "timings_ms": timings,
         "strengths": strengths,
         "strength_correlation": correlation(share, values / settings.strengths),
         "scaled": scaled,
-        "clipped": wanted.clipped,
+        "clipped": vibration.clipped,
         "unreachable": [
             f"the frequencies: a phone vibrates at its own, assumed to be {settings.frequency_hz:g} Hz; only the "
             "strength remains"
@@ -68,10 +68,10 @@ def _on_off(share: NDArray[np.float64], shortest: int) -> NDArray[np.float64]:
     """Return 0 and 1 whose running mean follows ``share``, each for ``shortest`` steps or more (silence at once)."""
     values = np.zeros(len(share))
     error, state, duration = 0.0, 0.0, shortest
-    for n, wanted in enumerate(share):
-        error += wanted
+    for n, value in enumerate(share):
+        error += value
         target = float(error >= shortest / 2 if state == 0 else error > 0)
-        if wanted == 0:
+        if value == 0:
             error, target, duration = 0.0, 0.0, shortest
         if target != state and duration >= shortest:
             state, duration = target, 0

@@ -145,7 +145,7 @@ def modulated(
     _check(signal, settings, rate, band)
     x, span = _wanted(signal, settings)
     cutoff = settings.carrier_hz / (2 * settings.q) if settings.q else None
-    wanted, filtering = shaped(
+    waveform, filtering = shaped(
         resample(x, rate).samples[0].astype(np.float64),
         rate,
         band=band,
@@ -155,9 +155,9 @@ def modulated(
     )
     if settings.mapping == "friction":
         # -1..1 already. With the clip's own range it shrinks if pre-emphasis made it larger; a given range is fixed.
-        full_scale = 1.0 if settings.friction_range else max(1.0, float(np.abs(wanted).max()))
+        full_scale = 1.0 if settings.friction_range else max(1.0, float(np.abs(waveform).max()))
     modulating, scale = scaled_within(
-        wanted,
+        waveform,
         full_scale=full_scale,
         share=share,
         remedy="widen friction_range or leave it out"

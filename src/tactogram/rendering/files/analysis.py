@@ -74,7 +74,7 @@ def events_of(signal: Signal, bands: Sequence[tuple[float, float]] = ()) -> Even
     """
     if bands:
         envelopes = [_quieted(envelope_of(signal, low=low, high=high), signal) for low, high in bands]
-        return Events(signal.seconds, tuple(one for one in envelopes if one.peak > 0))
+        return Events(signal.seconds, tuple(part for part in envelopes if part.peak > 0))
     envelope, transients = _with_onsets(_quieted(envelope_of(signal), signal), signal)
     return Events(signal.seconds, (envelope,) if envelope.peak > 0 else (), transients)
 
@@ -101,10 +101,10 @@ def carrier(events: Events, rate: float | None = None) -> Signal:
     t = np.arange(count) / rate
     x, phase = np.zeros((2, count))
     for parts in (*steady.values(), *varying):
-        one = joined(parts)
-        hz = one.hz(t)
+        voice = joined(parts)
+        hz = voice.hz(t)
         phase = 2 * np.pi * (np.cumsum(hz) - hz) / rate
-        x += one.at(t) * np.sin(phase)
+        x += voice.at(t) * np.sin(phase)
     whole = events.joined
     strongest = {tap.time: tap for tap in sorted(events.transients, key=lambda tap: tap.amplitude)}
     for tap in strongest.values():
@@ -169,7 +169,7 @@ def _averaged(x: NDArray[Any], width: float) -> NDArray[Any]:
     """Return ``x`` averaged under a Hann window of ``width`` samples, which is shortened at the ends."""
     n = max(1, 2 * round(width / 2) - 1)
     window = np.hanning(n + 2)[1:-1]
-    total, weight = (scipy.signal.oaconvolve(one, window, mode="same") for one in (x, np.ones(len(x))))
+    total, weight = (scipy.signal.oaconvolve(values, window, mode="same") for values in (x, np.ones(len(x))))
     return np.asarray(total / weight)
 
 
@@ -195,32 +195,32 @@ def _frequency(z: NDArray[np.complex128], rate: float, times: Line, amplitude: L
 def _with_onsets(envelope: Part, signal: Signal) -> tuple[Part, tuple[Transient, ...]]:
     """Return the envelope that steps at onsets that are faster than it can follow, and these as transients."""
     z, rate = _analytic(signal, 0.0, HIGHEST_HZ)
-    at = np.arange(0, signal.seconds, FINE_STEP_S)
-    fine = _strength(z, FINE_WINDOW_S, rate, at)
+    times = np.arange(0, signal.seconds, FINE_STEP_S)
+    fine = _strength(z, FINE_WINDOW_S, rate, times)
     least = ONSET_SHARE * fine.max(initial=0.0)
-    if len(at) < 3 or least == 0:
+    if len(times) < 3 or least == 0:
         return envelope, ()
     # An onset may be the very first moment, which is a peak only after silence.
     peaks, _ = scipy.signal.find_peaks(
-        np.concatenate([[0.0], fine - envelope.at(at), [0.0]]),
+        np.concatenate([[0.0], fine - envelope.at(times), [0.0]]),
         height=least,
         distance=max(1, round(ONSET_DISTANCE_S / FINE_STEP_S)),
     )
     peaks = peaks - 1
     ago = round(WINDOW_S / FINE_STEP_S)
     before = np.where(peaks >= ago, fine[np.maximum(peaks - ago, 0)], 0.0)
-    found = []
-    sudden = (fine[peaks] - before >= fine[peaks] / 2) & ~_leaking(at, fine, signal)[peaks]
+    transients = []
+    sudden = (fine[peaks] - before >= fine[peaks] / 2) & ~_leaking(times, fine, signal)[peaks]
     for peak in peaks[sudden].tolist():
         # The window has half of a step at its time.
         i = peak
         while i > max(0, peak - ago) and fine[i - 1] >= fine[peak] / 2:
             i -= 1
-        with_step, strength = _onset(envelope, float(at[i]))
-        if strength - float(with_step.at(at[i])) >= least / 2:
+        with_step, strength = _onset(envelope, float(times[i]))
+        if strength - float(with_step.at(times[i])) >= least / 2:
             envelope = with_step
-            found.append(Transient(float(at[i]), strength, float(envelope.hz(at[i]))))
-    return envelope, tuple(found)
+            transients.append(Transient(float(times[i]), strength, float(envelope.hz(times[i]))))
+    return envelope, tuple(transients)
 
 
 def _onset(envelope: Part, here: float) -> tuple[Part, float]:

@@ -123,13 +123,13 @@ def control_points(events: Events, *, what: str) -> Part:
     kept. Others become the lines that are closest to strength and frequency. ``what`` names the result in errors.
     Raises `ParameterError` if they are too short or too long.
     """
-    length = max([round(1e3 * events.seconds), *(_start(one) + 2 * SHORTEST_MS for one in events.transients)])
+    length = max([round(1e3 * events.seconds), *(_start(tap) + 2 * SHORTEST_MS for tap in events.transients)])
     if not 2 * SHORTEST_MS <= length <= MOST_POINTS * LONGEST_MS:
         raise ParameterError(
             f"{what} lasts {2 * SHORTEST_MS} to {MOST_POINTS * LONGEST_MS} ms, got {length} ms; cut it, or use a "
             "format without that limit"
         )
-    taps = sorted(events.transients, key=lambda one: -one.amplitude)
+    taps = sorted(events.transients, key=lambda tap: -tap.amplitude)
     designed = taps or len(events.joined.times) <= 4 * MOST_POINTS
     least = len(taps) // 2 if events.parts else min(1, len(taps))
     for kept in range(min(len(taps), MOST_POINTS // 2), least - 1, -1) if designed else ():
@@ -139,8 +139,8 @@ def control_points(events: Events, *, what: str) -> Part:
     return _closest(events, length)
 
 
-def _start(one: Transient) -> int:
-    return round(1e3 * one.time)
+def _start(tap: Transient) -> int:
+    return round(1e3 * tap.time)
 
 
 def _exact(events: Events, length: int) -> Part | None:
@@ -158,20 +158,20 @@ def _exact(events: Events, length: int) -> Part | None:
             time = min(max(time, last + SHORTEST_MS, SHORTEST_MS), length - SHORTEST_MS)
         last = max(time, last)
         points.setdefault(last, (amplitude, float(part.frequency[i])))
-    for one in events.transients:
-        start = _start(one)
-        if any(start <= place <= start + 2 * SHORTEST_MS and points[place][0] > 0 for place in points):
+    for tap in events.transients:
+        start = _start(tap)
+        if any(start <= ms <= start + 2 * SHORTEST_MS and points[ms][0] > 0 for ms in points):
             return None
         under = min(1.0, float(whole.at((start + SHORTEST_MS) / 1e3)))
-        shape = (under, max(under, one.amplitude), under)
-        points |= {start + i * SHORTEST_MS: (level, one.frequency) for i, level in enumerate(shape)}
+        shape = (under, max(under, tap.amplitude), under)
+        points |= {start + i * SHORTEST_MS: (level, tap.frequency) for i, level in enumerate(shape)}
     places = sorted(points)
-    amplitude, hz = np.array([points[place] for place in places]).T
+    amplitude, hz = np.array([points[ms] for ms in places]).T
     ends = [end for a, b in pairwise(places) for end in (*range(a, b, LONGEST_MS), b)]
-    at = np.unique(ends)
-    if len(at) - 1 > MOST_POINTS or np.diff(at).min() < SHORTEST_MS:
+    times = np.unique(ends)
+    if len(times) - 1 > MOST_POINTS or np.diff(times).min() < SHORTEST_MS:
         return None
-    return Part(at / 1e3, np.interp(at, places, amplitude), np.interp(at, places, hz))
+    return Part(times / 1e3, np.interp(times, places, amplitude), np.interp(times, places, hz))
 
 
 def _closest(events: Events, length: int) -> Part:
@@ -187,11 +187,11 @@ def _closest(events: Events, length: int) -> Part:
     fine = np.interp(np.arange(STEPS * count + 1), STEPS * np.arange(count + 1), grid) / 1e3
     amplitude = np.minimum(events.strength(fine), 1)
     hz = np.maximum(events.joined.hz(fine), 1)
-    for one in events.transients:
-        hz[slice(*np.searchsorted(fine, [one.time, one.time + SHORTEST_MS / 1e3]))] = max(one.frequency, 1)
+    for tap in events.transients:
+        hz[slice(*np.searchsorted(fine, [tap.time, tap.time + SHORTEST_MS / 1e3]))] = max(tap.frequency, 1)
     times = grid[_chosen(amplitude, hz, grid)] / 1e3
     # Shares of the ends in the lines.
-    lines = np.stack([np.interp(fine, times, one) for one in np.eye(len(times))], axis=1)
+    lines = np.stack([np.interp(fine, times, unit) for unit in np.eye(len(times))], axis=1)
     fitted = np.zeros(len(times))
     free = slice(STEPS, -STEPS)
     fitted[1:-1] = np.linalg.lstsq(lines[free, 1:-1], amplitude[free])[0]
@@ -210,7 +210,7 @@ def _chosen(amplitude: Line, hz: Line, grid: NDArray[np.int64]) -> list[int]:
         best.append(total.min(axis=0))
     close = len(amplitude) * (CLOSE * float(amplitude.max())) ** 2
     # At least two, so that something lies between the beginning at 0 and the end at 0.
-    errors = np.array([one[-1] for one in best[2:]])
+    errors = np.array([sums[-1] for sums in best[2:]])
     lines = 2 + int(np.argmax(errors <= close) if errors.min() <= close else errors.argmin())
     ends = [len(grid) - 1]
     for step in reversed(before[:lines]):
@@ -229,9 +229,9 @@ def _costs(amplitude: Line, hz: Line, grid: NDArray[np.int64]) -> Line:
     costs = np.full((len(grid), len(grid)), np.inf)
     for steps in range(1, min(LONGEST_MS // SHORTEST_MS, len(grid) - 1) + 1):
         along = np.arange(steps * STEPS) / (steps * STEPS)
-        wanted, sounding = (sliding_window_view(one[:-1], steps * STEPS)[::STEPS] for one in (amplitude, hz))
-        line, tone = (one[:-steps, None] * (1 - along) + one[steps:, None] * along for one in (ends, tones))
-        error = (line - wanted) ** 2 + (wanted * np.log2(tone / sounding)) ** 2
+        strength, sounding = (sliding_window_view(x[:-1], steps * STEPS)[::STEPS] for x in (amplitude, hz))
+        line, tone = (x[:-steps, None] * (1 - along) + x[steps:, None] * along for x in (ends, tones))
+        error = (line - strength) ** 2 + (strength * np.log2(tone / sounding)) ** 2
         error[0, :STEPS] = error[-1, -STEPS:] = 0.0
         begin = np.arange(len(grid) - steps)
         costs[begin, begin + steps] = error.sum(axis=1)
@@ -301,13 +301,13 @@ class StepRules:
     def pulses(self, events: Events) -> list[tuple[int, int, float]]:
         """Return the beginning and the end, ms, and the strength of each transient that has room."""
         taps: list[tuple[int, int, float]] = []
-        for one in events.transients:
-            start, end = span_ms(one, self.pulse_ms, self.least_ms)
-            gap = 1 if isinstance(one, Pulse) else self.gap_ms
+        for tap in events.transients:
+            start, end = span_ms(tap, self.pulse_ms, self.least_ms)
+            gap = 1 if isinstance(tap, Pulse) else self.gap_ms
             if taps and start < taps[-1][1] + gap:
-                taps[-1] = (*taps[-1][:2], max(taps[-1][2], min(1.0, one.amplitude)))
+                taps[-1] = (*taps[-1][:2], max(taps[-1][2], min(1.0, tap.amplitude)))
             else:
-                taps.append((start, end, min(1.0, one.amplitude)))
+                taps.append((start, end, min(1.0, tap.amplitude)))
         return taps
 
     def read(self, edges: Line, strength: Line, hz: float) -> Events:

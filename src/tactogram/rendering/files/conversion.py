@@ -91,11 +91,11 @@ def write_haptic(
     if isinstance(content, HapticFile) and content.events is None:
         content = content.signal
     original: Signal | Events
-    made: Signal | Events
+    stored: Signal | Events
     if isinstance(content, Signal):
         original, constant, how = _felt(content, kind, axis)
-        made, usual, left_out = _held(original, kind), 1.0, None
-        rate = made.rate if isinstance(made, Signal) else original.rate
+        stored, usual, left_out = _held(original, kind), 1.0, None
+        rate = stored.rate if isinstance(stored, Signal) else original.rate
         about = SignalDescription(rate, original.unit, original.axes, original.domain)
     else:
         file = content if isinstance(content, HapticFile) else HapticFile(content)
@@ -103,17 +103,17 @@ def write_haptic(
         if axis not in (None, "mean", *axes):
             raise ParameterError(f"axis: events have one axis, got {axis!r}; omit it")
         original, constant, how = file.events or Events(0.0), None, None
-        made, usual, left_out = original, file.full_scale, file.facts.get("left_out")
+        stored, usual, left_out = original, file.full_scale, file.facts.get("left_out")
         about = SignalDescription(READ_RATE, file.unit, axes[:1] or ("x",))
-    peak = _peak(made, kind) if isinstance(made, Events) else float(np.abs(made.samples).max())
+    peak = _peak(stored, kind) if isinstance(stored, Events) else float(np.abs(stored.samples).max())
     scale = _scale(usual * peak, about.unit, full_scale, usual)
     about = replace(about, full_scale=scale, metadata=dict(metadata or {}))
     header = DocumentHeader(about.encode(), about.unit, modality, shortest_ms)
-    if isinstance(made, Events):
-        document = kind.encode(made.scaled(usual / scale), header)
+    if isinstance(stored, Events):
+        document = kind.encode(stored.scaled(usual / scale), header)
     elif kind.encode_waveform:
-        shares = made.samples.astype(np.float64) / scale
-        document = kind.encode_waveform(made.with_samples(shares, unit="1"), header)
+        shares = stored.samples.astype(np.float64) / scale
+        document = kind.encode_waveform(stored.with_samples(shares, unit="1"), header)
     notes = Notes()
     back = decoded(document, kind, notes)
     if broken := [*notes.problems, *notes.warnings]:
@@ -130,7 +130,7 @@ def write_haptic(
         "reduced_by": how,
         "full_scale": scale,
         "scaled_by": usual / scale,
-        "resampled_to": about.rate if isinstance(made, Signal) and made is not original else None,
+        "resampled_to": about.rate if isinstance(stored, Signal) and stored is not original else None,
         "carrier": {k: v for k, v in back.facts.items() if k.startswith("carrier")} or None,
         **kept,
         "bytes": len(data),
@@ -159,25 +159,25 @@ def _held(signal: Signal, kind: HapticFormat) -> Signal | Events:
 
 def _kept(content: Signal | Events, back: HapticFile, kind: HapticFormat) -> dict[str, Any]:
     """Return what a file keeps and loses: by axis, in a sentence each, and the verdict."""
-    found, counts = _measured(content, back, kind)
-    told = [f"{axis} {loss_sentence(one, kind.holds, counts)}." for axis, one in found.items()]
-    worst = min(found.values(), key=lambda one: np.inf if one.snr_db is None else one.snr_db)
+    loss_by_axis, counts = _measured(content, back, kind)
+    told = [f"{axis} {loss_sentence(loss, kind.holds, counts)}." for axis, loss in loss_by_axis.items()]
+    worst = min(loss_by_axis.values(), key=lambda loss: np.inf if loss.snr_db is None else loss.snr_db)
     buzzes = back.events.count if back.events else 0
     word = verdict(worst, kind.holds, "", buzzes=buzzes, counts=counts)
     if word != verdict(worst, kind.holds, " or ".join(kind.instead), buzzes=buzzes, counts=counts):
         better = _better(content, kind, loss_rank(worst, counts))
         word = verdict(worst, kind.holds, better, buzzes=buzzes, counts=counts)
-    felt = power_felt(content) if isinstance(content, Signal) and kind.holds != "waveform" else 1.0
-    if felt < MOSTLY_FELT:
-        share = f"{100 * felt:.0f} % of the signal's power"
+    felt_share = power_felt(content) if isinstance(content, Signal) and kind.holds != "waveform" else 1.0
+    if felt_share < MOSTLY_FELT:
+        share = f"{100 * felt_share:.0f} % of the signal's power"
         louder = (worst.level_db or 0.0) > KEPT_DB
         high = "which a finger does not feel" + ("" if louder else " and the file leaves out")
         told.insert(0, f"Only {share} is up to 1000 Hz; the rest is above 1000 Hz, {high}.")
-        if felt < FELT_AT_ALL:
+        if felt_share < FELT_AT_ALL:
             remedy = "map the sound to touch instead (--map envelope)"
             told, word = told[: 1 + louder], f"not the signal, only {share}: {remedy}"
-    losses = [asdict(one) for one in found.values()]
-    facts = {"loss": dict(zip(found, losses, strict=True)) if len(losses) > 1 else losses[0]}
+    losses = [asdict(loss) for loss in loss_by_axis.values()]
+    facts = {"loss": dict(zip(loss_by_axis, losses, strict=True)) if len(losses) > 1 else losses[0]}
     return facts | ({"events": asdict(counts)} if counts else {}) | {"told": told, "verdict": word}
 
 
@@ -189,11 +189,11 @@ def _measured(
         copy = back.events or events_of(back.signal)
         loss, counts = compared(content, copy, max(0.002, kind.resolution_s))
         return {"The file": loss}, counts
-    one = len(content.axes) == 1
+    single_axis = len(content.axes) == 1
     copies = (back.signal.with_samples(row, axes=("x",)) for row in back.signal.samples)
     pairs = zip(content.axes, copies, strict=True)
     return {
-        "The file" if one else name: loss_between(content.select(name), copy) for name, copy in pairs
+        "The file" if single_axis else name: loss_between(content.select(name), copy) for name, copy in pairs
     }, None
 
 
@@ -218,20 +218,20 @@ def _rank(content: Signal | Events, kind: HapticFormat) -> tuple[float, float]:
     except ParameterError:
         return np.inf, np.inf
     if isinstance(content, Signal):
-        found, counts = _measured(content.with_samples(share * content.samples), back, kind)
+        losses, counts = _measured(content.with_samples(share * content.samples), back, kind)
     else:
-        found, counts = _measured(events.scaled(share), back, kind)
-    return loss_rank(found["The file"], counts)
+        losses, counts = _measured(events.scaled(share), back, kind)
+    return loss_rank(losses["The file"], counts)
 
 
 def _peak(events: Events, kind: HapticFormat) -> float:
     """Return the largest amplitude in any of a format's bands, each of which has an actuator of its own."""
     edges = [high for _, high in kind.bands[:-1]]
-    peaks = [one.amplitude for one in events.transients]
+    peaks = [tap.amplitude for tap in events.transients]
     for band in range(len(edges) + 1):
         inside = (np.searchsorted(edges, part.frequency) == band for part in events.parts)
         shares = zip(events.parts, inside, strict=True)
-        peaks.append(joined([replace(one, amplitude=one.amplitude * on) for one, on in shares]).peak)
+        peaks.append(joined([replace(part, amplitude=part.amplitude * on) for part, on in shares]).peak)
     return max(peaks)
 
 

@@ -99,13 +99,13 @@ class Node:
 
     def nodes(self, key: str, *, optional: bool = False) -> list[Node]:
         """Return the objects of the list at a key."""
-        place, found = self._place(key), []
+        prefix, objects = self._place(key), []
         for number, entry in enumerate(self.list(key, optional=optional)):
             if isinstance(entry, dict):
-                found.append(Node(entry, self.notes, f"{place}.{number}"))
+                objects.append(Node(entry, self.notes, f"{prefix}.{number}"))
             else:
-                self.notes.problems.append(f"{place}.{number}: must be an object, got {shown(entry)}")
-        return found
+                self.notes.problems.append(f"{prefix}.{number}: must be an object, got {shown(entry)}")
+        return objects
 
     def list(self, key: str, *, optional: bool = False) -> Sequence[Any]:
         """Return the list at a key."""
@@ -118,7 +118,7 @@ class Node:
     def numbers(self, key: str, low: float, high: float) -> Sequence[float]:
         """Return the numbers of the list at a key, within limits."""
         entries = self.list(key)
-        return [Node({key: one}, self.notes, self.place).number(key, None, low, high) for one in entries]
+        return [Node({key: entry}, self.notes, self.place).number(key, None, low, high) for entry in entries]
 
     def text(self, key: str, default: str = "") -> str:
         """Return the text at a key."""

@@ -74,12 +74,12 @@ class Part:
         A point at the time of the one before makes a jump.
         """
         own, strength = increasing(np.asarray(times, float)), np.asarray(amplitude, float)
-        at, values = (
+        turns, values = (
             increasing(np.atleast_1d(np.asarray(tones, float))),
             np.atleast_1d(np.asarray(hz, float)),
         )
-        both = np.union1d(own, at[(at > own[0]) & (at < own[-1])])
-        return cls(both, np.interp(both, own, strength), np.interp(both, at, values))
+        both = np.union1d(own, turns[(turns > own[0]) & (turns < own[-1])])
+        return cls(both, np.interp(both, own, strength), np.interp(both, turns, values))
 
     @property
     def start(self) -> float:
@@ -149,9 +149,9 @@ class Events:
         What is ``limited`` is reduced to an amplitude of 1 where vibrations together exceed it, as by one actuator.
         """
         sounding = tuple(part for part in parts if part.peak > 0)
-        taps = tuple(sorted((one for one in transients if one.amplitude > 0), key=lambda one: one.time))
+        taps = tuple(sorted((tap for tap in transients if tap.amplitude > 0), key=lambda tap: tap.time))
         end = max([seconds, *(part.end for part in sounding)])
-        end = max([end, *(one.time + PULSE_S for one in taps if one.time >= end)])
+        end = max([end, *(tap.time + PULSE_S for tap in taps if tap.time >= end)])
         if limited and (whole := joined(sounding)).peak > 1:
             parts, sounding = sounding, ()
             for part in parts:
@@ -160,19 +160,19 @@ class Events:
                 shares = part.at(times) / np.maximum(whole.at(times), 1)
                 sounding += (Part(times, shares, part.hz(times)),)
         return cls(
-            end, sounding, tuple(replace(one, amplitude=min(1.0, one.amplitude)) for one in taps), span
+            end, sounding, tuple(replace(tap, amplitude=min(1.0, tap.amplitude)) for tap in taps), span
         )
 
     @property
     def peak(self) -> float:
         """The largest amplitude."""
-        return max([self.joined.peak, *(one.amplitude for one in self.transients)])
+        return max([self.joined.peak, *(tap.amplitude for tap in self.transients)])
 
     @property
     def frequencies(self) -> list[float]:
         """The lowest and the highest frequency of each vibration, and that of each transient, Hz."""
         ends = [float(hz) for part in self.parts for hz in (part.frequency.min(), part.frequency.max())]
-        return [*ends, *(one.frequency for one in self.transients)]
+        return [*ends, *(tap.frequency for tap in self.transients)]
 
     @property
     def count(self) -> int:
@@ -192,23 +192,23 @@ class Events:
     def scaled(self, factor: float) -> Events:
         """Return it with all amplitudes multiplied."""
         parts = (replace(part, amplitude=factor * part.amplitude) for part in self.parts)
-        taps = (replace(one, amplitude=factor * one.amplitude) for one in self.transients)
+        taps = (replace(tap, amplitude=factor * tap.amplitude) for tap in self.transients)
         return replace(self, parts=tuple(parts), transients=tuple(taps))
 
     def in_span(self, span: FrequencySpan) -> Events:
         """Return it with the same shares of another span."""
         own = self.span or span
         parts = (replace(part, frequency=span.hz(own.share(part.frequency))) for part in self.parts)
-        taps = (replace(one, frequency=float(span.hz(own.share(one.frequency)))) for one in self.transients)
+        taps = (replace(tap, frequency=float(span.hz(own.share(tap.frequency)))) for tap in self.transients)
         return replace(self, parts=tuple(parts), transients=tuple(taps), span=span)
 
     def strength(self, t: Line) -> Line:
         """Return the amplitude at times, transients included: the stronger of them and the vibration counts."""
         strength = self.joined.at(t)
-        for one in self.transients:
-            inside = slice(*np.searchsorted(t, [one.time, one.time + PULSE_S]))
+        for tap in self.transients:
+            inside = slice(*np.searchsorted(t, [tap.time, tap.time + PULSE_S]))
             strength[inside] = np.maximum(
-                strength[inside], one.amplitude * transient_shape(t[inside] - one.time)
+                strength[inside], tap.amplitude * transient_shape(t[inside] - tap.time)
             )
         return strength
 

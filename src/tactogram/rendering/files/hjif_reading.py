@@ -114,17 +114,17 @@ def channels_of(document: Node) -> tuple[float, list[tuple[str, list[Channel]]]]
         notes.warn("timescale of Simple Parametric must be 1000", f"{timescale:g}")
     perceptions = document.nodes("perceptions")
     _check_unique(perceptions, "perception")
-    found = []
-    for one in perceptions:
-        _require(one, "perception")
-        channels = one.nodes("channels")
+    pairs = []
+    for perception in perceptions:
+        _require(perception, "perception")
+        channels = perception.nodes("channels")
         _check_unique(channels, "channel")
         most = 127 if level == 1 else 65_535
         if len(channels) > most:
             notes.warn(f"level {level:g} holds {most} channels at most", len(channels))
         ready = [_channel(channel, level, timescale) for channel in channels]
-        found.append((_one_of(one, "perception_modality", MODALITIES), ready))
-    return timescale, found
+        pairs.append((_one_of(perception, "perception_modality", MODALITIES), ready))
+    return timescale, pairs
 
 
 def _channel(node: Node, level: float, timescale: float) -> Channel:
@@ -153,7 +153,7 @@ def _band(node: Node, timescale: float) -> list[Effect]:
         )
     elif kind == "Curve" and curve in ("Bezier", "Bspline"):
         notes.problems.append(f"curves of type {curve} cannot be read; use Linear, Cubic or Akima")
-    return [_effect(one, timescale, kind, curve, low, max(low, high)) for one in node.nodes("effects")]
+    return [_effect(effect, timescale, kind, curve, low, max(low, high)) for effect in node.nodes("effects")]
 
 
 def _effect(node: Node, timescale: float, kind: str, curve: str, low: float, high: float) -> Effect:
@@ -162,11 +162,11 @@ def _effect(node: Node, timescale: float, kind: str, curve: str, low: float, hig
     base = _one_of(node, "base_signal", tuple(BASES), required=False)
     position, phase = node.number("position", 0), node.number("phase", 0)
     lines, end = [], 0.0
-    frames = [one for one in node.list("keyframes", optional=True) if isinstance(one, dict)]
+    frames = [key for key in node.list("keyframes", optional=True) if isinstance(key, dict)]
     for name in ("amplitude_modulation", "frequency_modulation"):
-        stated = [one for one in frames if one.get(name) is not None]
+        stated = [key for key in frames if key.get(name) is not None]
         try:
-            line = np.array([(one.get("relative_position") or 0, one[name]) for one in stated], np.float64)
+            line = np.array([(key.get("relative_position") or 0, key[name]) for key in stated], np.float64)
         except (TypeError, ValueError):
             node.notes.problems.append(f"{node.place}.keyframes: {name} must be numbers at relative_position")
             line = np.zeros((0, 2))
@@ -200,7 +200,7 @@ def _require(node: Node, kind: str) -> None:
 
 def _check_unique(nodes: list[Node], what: str) -> None:
     ids = [node.value.get("id") for node in nodes]
-    if len({str(one) for one in ids}) < len(ids):
+    if len({str(entry) for entry in ids}) < len(ids):
         nodes[0].notes.warn(f"each {what} must have a unique id", ids)
 
 
@@ -213,7 +213,7 @@ def decode(document: Node) -> DecodedDocument:
     """
     notes = document.notes
     timescale, perceptions = channels_of(document)
-    modality, channels = next((one for one in perceptions if one[1]), ("", []))
+    modality, channels = next((perception for perception in perceptions if perception[1]), ("", []))
     if not channels:
         notes.problems.append("the file has no perception with a channel")
     notes.check()
@@ -241,9 +241,9 @@ def decode(document: Node) -> DecodedDocument:
         exact = own is not None and rate in (None, own.rate) and channels[0].rate == max(1, round(own.rate))
         count = channels[0].count if exact else 0
         rate = rate or (own.rate if own else usual)
-        at = np.arange(max(1, count or sample_count(seconds, rate)))
+        index = np.arange(max(1, count or sample_count(seconds, rate)))
         # Samples that this package wrote are whole ticks apart.
-        t = at * round(timescale / rate) / timescale if count else at / rate
+        t = index * round(timescale / rate) / timescale if count else index / rate
         samples = np.stack([_played(channel, t) for channel in channels]).astype(np.float32)
         names = tuple(channel.name for channel in channels)
         unique = len(set(names)) == len(names)
@@ -268,11 +268,11 @@ def _events(channels: list[Channel], seconds: float) -> Events:
                 taps += [Transient(*tap) for tap in np.stack([times, shares, tones]).T.tolist()]
             elif len(turns) and effect.end > effect.start:
                 # The first and the last strength hold beside them.
-                at = np.union1d(times, [effect.start, effect.end])
-                shares = np.minimum(np.abs(channel.gain * np.interp(at, times, strength)), 1)
-                parts[-1].append(Part.of(at, shares, turns, np.clip(hz, effect.low, effect.high)))
+                instants = np.union1d(times, [effect.start, effect.end])
+                shares = np.minimum(np.abs(channel.gain * np.interp(instants, times, strength)), 1)
+                parts[-1].append(Part.of(instants, shares, turns, np.clip(hz, effect.low, effect.high)))
     if len(channels) > 1:
-        taps = list({one.time: one for one in sorted(taps, key=lambda one: one.amplitude)}.values())
+        taps = list({tap.time: tap for tap in sorted(taps, key=lambda tap: tap.amplitude)}.values())
     strongest = [joined([joined(own) for own in parts if own], strongest=True)]
     return Events.of(parts[0] if len(parts) == 1 else strongest, taps, seconds)
 

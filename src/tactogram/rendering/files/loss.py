@@ -95,9 +95,9 @@ def compared(source: Events, copy: Events, close_s: float) -> tuple[ConversionLo
     pairs: dict[int, int] = {}
     for i, tap in enumerate(source.transients):
         near = range(*np.searchsorted(times, [tap.time - close_s - 1e-9, tap.time + close_s + 1e-9]))
-        found = min((j for j in near if j not in pairs), key=lambda j: abs(times[j] - tap.time), default=None)
-        if found is not None:
-            pairs[found] = i
+        match = min((j for j in near if j not in pairs), key=lambda j: abs(times[j] - tap.time), default=None)
+        if match is not None:
+            pairs[match] = i
     counts: Counter[str] = Counter(kept=len(pairs))
     for j, i in pairs.items():
         tap, other = source.transients[i], copy.transients[j]
@@ -154,12 +154,12 @@ def _kept_and_lost(loss: ConversionLoss, counts: EventCounts | None) -> tuple[li
             lost.append(f"{'some' if shape < LOST else 'the'} changes of strength")
         level, octaves = loss.level_db, loss.frequency_octaves
         if level is not None:
-            found = abs(level) <= KEPT_DB
-            (kept if found else lost).append("the level" + ("" if found else f" ({level:+.0f} dB)"))
+            same = abs(level) <= KEPT_DB
+            (kept if same else lost).append("the level" + ("" if same else f" ({level:+.0f} dB)"))
         if octaves is not None:
-            found = octaves <= KEPT_OCTAVES
-            (kept if found else lost).append(
-                "the frequency" + ("" if found else f" ({octaves:.1f} octaves off)")
+            same = octaves <= KEPT_OCTAVES
+            (kept if same else lost).append(
+                "the frequency" + ("" if same else f" ({octaves:.1f} octaves off)")
             )
     return kept, lost
 
@@ -262,7 +262,7 @@ def _lasting(events: Events, matched: set[int]) -> Events:
 
 def _octaves(source: Events, copy: Events) -> float | None:
     """Return the mean difference of frequency of each vibration to the closest that sounds at its time in the copy."""
-    starts, ends = (np.array([getattr(one, name) for one in copy.parts]) for name in ("start", "end"))
+    starts, ends = (np.array([getattr(piece, name) for piece in copy.parts]) for name in ("start", "end"))
     total = weight = 0.0
     for part in source.parts:
         edges = np.linspace(part.start, part.end, 2 + int((part.end - part.start) / STEP_S))

@@ -112,7 +112,7 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
     facts: dict[str, Any] = {"format": kind.name, "full_scale": ours.full_scale if ours else None}
     if (events := content.events) is not None and content.carrier_from:
         hz = [events.span.low, events.span.high] if events.span else events.frequencies
-        limits = sorted({round(one, 1) for one in (min(hz), max(hz))}) if hz else []
+        limits = sorted({round(limit, 1) for limit in (min(hz), max(hz))}) if hz else []
         facts |= {"carrier_hz": limits, "carrier_from": content.carrier_from}
     others = {"left_out": content.left_out, "modality": content.modality}
     facts |= {name: text for name, text in others.items() if text}

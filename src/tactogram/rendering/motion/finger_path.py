@@ -157,8 +157,8 @@ def _follow(
         path += speed * step
         force = target.force + decay * (force - target.force)
         contact = min(1.0, contact + rise) if target.touching else max(0.0, contact - fall)
-        wanted = min(1.0, max(0.0, (speed - target.rest_mm_s) / (target.moving_mm_s - target.rest_mm_s)))
-        movement += min(rise, max(-fall, wanted - movement))
+        goal = min(1.0, max(0.0, (speed - target.rest_mm_s) / (target.moving_mm_s - target.rest_mm_s)))
+        movement += min(rise, max(-fall, goal - movement))
         out.x_mm[i], out.y_mm[i], out.path_mm[i] = x, y, path
         out.speed_mm_s[i], out.force_n[i] = speed, force
         out.contact[i] = contact * contact * (3 - 2 * contact)

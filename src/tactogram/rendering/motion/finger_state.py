@@ -176,17 +176,17 @@ class FingerState:
         if now_s - (sample.time_s + self._offset) > self.settings.late_s and self._is_late(sample, now_s):
             self.counts.late += 1
             return False
-        at = sample.time_s + self._offset
+        time_s = sample.time_s + self._offset
         self._late_since = self._least_late = math.inf
         self.counts.used += 1
-        self.newest_s = max(self.newest_s, at)
+        self.newest_s = max(self.newest_s, time_s)
         self._connected = True
         if not isnan(sample.x_mm):
-            self._update_position(sample.x_mm, sample.y_mm, at)
+            self._update_position(sample.x_mm, sample.y_mm, time_s)
         if not isnan(sample.speed_mm_s):
-            self.speed, self.speed_s = sample.speed_mm_s, at
+            self.speed, self.speed_s = sample.speed_mm_s, time_s
         if not isnan(sample.force_n):
-            self.force, self.force_s = sample.force_n, at
+            self.force, self.force_s = sample.force_n, time_s
         self._update_contact()
         return True
 
@@ -241,11 +241,11 @@ class FingerState:
         ahead = min(max(age, 0.0), self.settings.late_s + self.interval_s) + ahead_s
         return self.x + vx * ahead, self.y + vy * ahead
 
-    def _update_position(self, x: float, y: float, at: float) -> None:
-        step = at - self.position_s
+    def _update_position(self, x: float, y: float, time_s: float) -> None:
+        step = time_s - self.position_s
         if step <= 0:
             return
-        self.position_s = at
+        self.position_s = time_s
         if not step < self.settings.lost_s:
             far = math.hypot(x - self.x, y - self.y) > self.settings.jump_mm
             self.jumped = self.jumped or far or math.isinf(step)

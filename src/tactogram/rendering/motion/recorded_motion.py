@@ -64,10 +64,10 @@ class MotionFile:
         samples = []
         while self._next < len(self.samples):
             sample = self.samples[self._next]
-            at = sample.time_s + self._offset
-            if at > now_s:
+            time_s = sample.time_s + self._offset
+            if time_s > now_s:
                 break
-            samples.append(replace(sample, time_s=at, arrival_s=at))
+            samples.append(replace(sample, time_s=time_s, arrival_s=time_s))
             self._next += 1
             if self._next == len(self.samples) and self._loop and self.seconds > 0:
                 self._next = 0
@@ -96,20 +96,20 @@ def _rows(path: Path) -> Iterator[MotionSample]:
             }
         except ValueError:
             raise DataError(f"{path}: line {number}: expected {len(heading)} numbers, got {row}") from None
-        at = values.pop("time_s")
-        if not (math.isfinite(at) and at > last):
+        time_s = values.pop("time_s")
+        if not (math.isfinite(time_s) and time_s > last):
             raise DataError(
-                f"{path}: line {number}: times must ascend and be finite, got {at:g} after {last:g}"
+                f"{path}: line {number}: times must ascend and be finite, got {time_s:g} after {last:g}"
             )
         if (
             any(math.isinf(v) for v in values.values())
             or min(values.get("speed_mm_s", 0), values.get("force_n", 0)) < 0
         ):
             raise DataError(f"{path}: line {number}: speed and force must be finite and >= 0, got {row}")
-        last = at
+        last = time_s
         if not math.isnan(values.get("x_mm", math.nan)):
             values.setdefault("y_mm", 0.0)
-        yield MotionSample(at, at, **values)
+        yield MotionSample(time_s, time_s, **values)
 
 
 def _dense(samples: list[MotionSample], end_s: float) -> list[MotionSample]:
@@ -130,8 +130,8 @@ def _dense(samples: list[MotionSample], end_s: float) -> list[MotionSample]:
         if (known := np.isfinite(values)).any():
             columns[name] = np.interp(dense, recorded[known], values[known]).tolist()
     return [
-        MotionSample(at, at, **{name: values[k] for name, values in columns.items()})
-        for k, at in enumerate(dense.tolist())
+        MotionSample(time_s, time_s, **{name: values[k] for name, values in columns.items()})
+        for k, time_s in enumerate(dense.tolist())
     ]
 
 
@@ -149,20 +149,20 @@ class SimulatedHand:
             raise ParameterError.must("seconds", "be > 0", seconds)
         random = np.random.default_rng(seed)
         knots = _journey(seconds, random)
-        at = np.arange(math.ceil(seconds * POSITION_RATE)) / POSITION_RATE
-        x, y, _ = _along(knots, at)
+        at_position = np.arange(math.ceil(seconds * POSITION_RATE)) / POSITION_RATE
+        x, y, _ = _along(knots, at_position)
         x += noise_mm * random.standard_normal(len(x))
         y += noise_mm * random.standard_normal(len(y))
         # Half an interval apart, like two independent sensors.
         at_force = np.asarray((np.arange(math.ceil(seconds * FORCE_RATE)) + 0.5) / FORCE_RATE, np.float64)
         force = _force(knots, at_force, random)
-        times = np.concatenate((at, at_force))
+        times = np.concatenate((at_position, at_force))
         order = np.argsort(times, kind="stable")
         nothing = np.full(len(at_force), math.nan)
         self._times = times[order]
         self._x = np.concatenate((x, nothing))[order]
         self._y = np.concatenate((y, nothing))[order]
-        self._force = np.concatenate((np.full(len(at), math.nan), force))[order]
+        self._force = np.concatenate((np.full(len(at_position), math.nan), force))[order]
         self._next = 0
 
     def poll(self, now_s: float) -> list[MotionSample]:
@@ -196,52 +196,52 @@ class _HandMove:
 def _journey(seconds: float, random: np.random.Generator) -> list[_HandMove]:
     """Return consecutive moves that last at least ``seconds``."""
     moves: list[_HandMove] = []
-    now, place, direction = 0.0, (0.0, 0.0), 1.0
+    now, position, direction = 0.0, (0.0, 0.0), 1.0
 
     def go(lasting: float, to: tuple[float, float], *, touching: bool) -> None:
-        nonlocal now, place
-        moves.append(_HandMove(now, now + lasting, place, to, touching))
-        now, place = now + lasting, to
+        nonlocal now, position
+        moves.append(_HandMove(now, now + lasting, position, to, touching))
+        now, position = now + lasting, to
 
-    go(0.2, place, touching=False)
+    go(0.2, position, touching=False)
     while now < seconds:
         strokes = 1 + random.poisson(STROKES_BETWEEN_LIFTS - 1)
-        go(random.uniform(*REST_S), place, touching=True)
+        go(random.uniform(*REST_S), position, touching=True)
         for _ in range(strokes):
             length = random.uniform(*LENGTH_MM)
-            to = (place[0] + direction * length, place[1] + random.normal(0, 0.05 * length))
+            to = (position[0] + direction * length, position[1] + random.normal(0, 0.05 * length))
             go(random.uniform(*DURATION_S), to, touching=True)
-            go(random.uniform(*REST_S), place, touching=True)
+            go(random.uniform(*REST_S), position, touching=True)
             direction = -direction
-        landing = (place[0] + random.uniform(-30, 30), place[1] + random.uniform(-30, 30))
-        go(UP_S, place, touching=False)
+        landing = (position[0] + random.uniform(-30, 30), position[1] + random.uniform(-30, 30))
+        go(UP_S, position, touching=False)
         go(random.uniform(*LIFT_S), landing, touching=False)
         go(UP_S, landing, touching=False)
     return moves
 
 
-def _along(moves: list[_HandMove], at: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return x, y (mm) and whether the finger touches, at times ``at`` (s)."""
-    place = np.searchsorted([move.end_s for move in moves], at, side="right")
-    begin, end = (np.array([getattr(m, name) for m in moves])[place] for name in ("begin_s", "end_s"))
-    start, stop = (np.array([getattr(m, name) for m in moves])[place] for name in ("start", "stop"))
-    share = np.clip((at - begin) / (end - begin), 0, 1)
+def _along(moves: list[_HandMove], times: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return x, y (mm) and whether the finger touches, at ``times`` (s)."""
+    index = np.searchsorted([move.end_s for move in moves], times, side="right")
+    begin, end = (np.array([getattr(m, name) for m in moves])[index] for name in ("begin_s", "end_s"))
+    start, stop = (np.array([getattr(m, name) for m in moves])[index] for name in ("start", "stop"))
+    share = np.clip((times - begin) / (end - begin), 0, 1)
     progress = share**3 * (10 - 15 * share + 6 * share**2)
     position = start + progress[:, None] * (stop - start)
-    touching = np.array([m.touching for m in moves])[place]
+    touching = np.array([m.touching for m in moves])[index]
     return position[:, 0], position[:, 1], touching
 
 
-def _force(moves: list[_HandMove], at: Array, random: np.random.Generator) -> Array:
-    """Return the force at times ``at``, N: 0 in the air, slowly varying on the surface, rising and falling fast."""
-    _, _, touching = _along(moves, at)
-    slow = np.zeros(len(at))
+def _force(moves: list[_HandMove], times: Array, random: np.random.Generator) -> Array:
+    """Return the force at ``times``, N: 0 in the air, slowly varying on the surface, rising and falling fast."""
+    _, _, touching = _along(moves, times)
+    slow = np.zeros(len(times))
     for hz in (0.3, 0.7, 1.9):
-        slow += np.sin(2 * np.pi * (hz * at + random.uniform())) / 3
-    wanted = np.where(touching, FORCE_N * (1 + 0.6 * slow), 0.0)
-    smooth = np.empty(len(at))
+        slow += np.sin(2 * np.pi * (hz * times + random.uniform())) / 3
+    target = np.where(touching, FORCE_N * (1 + 0.6 * slow), 0.0)
+    smooth = np.empty(len(times))
     force, decay = 0.0, math.exp(-1 / (0.012 * FORCE_RATE))
-    for i, value in enumerate(wanted):
+    for i, value in enumerate(target):
         force = value + decay * (force - value)
         smooth[i] = force
     return np.where(smooth < 0.01, 0.0, smooth)

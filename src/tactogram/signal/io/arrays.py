@@ -74,33 +74,33 @@ def array_tables(
     singles = {name: values for name, values in fields.items() if values.size == 1}
     rates = {name: hz for name, values in singles.items() if (hz := _rate(name, values)) is not None}
     short = _short([name for name in fields if name not in rates])
-    found: dict[tuple[int, str | None], dict[str, tuple[str, Column, str | None]]] = {}
+    blocks: dict[tuple[int, str | None], dict[str, tuple[str, Column, str | None]]] = {}
     refused: list[str] = []
     for name, values in fields.items():
         if name in singles:
             continue
         if columns := array_columns(short[name], values):
             unit = "s" if values.dtype.kind in "mM" else (units or {}).get(name)
-            alike = found.setdefault((len(next(iter(columns.values()))), _rate_of(name, rates)), {})
+            alike = blocks.setdefault((len(next(iter(columns.values()))), _rate_of(name, rates)), {})
             alike |= {text: (short[name], column, unit) for text, column in columns.items()}
         else:
             refused.append(f"{name} is {values.dtype} of shape {values.shape}")
     if not any(
-        column.dtype != object and len(column) for alike in found.values() for _, column, _ in alike.values()
+        column.dtype != object and len(column) for alike in blocks.values() for _, column, _ in alike.values()
     ):
         refused += [f"{name} is {values.dtype} of shape {values.shape}" for name, values in singles.items()]
-        what = "no samples" if found else ", ".join(refused[:MOST_LISTED]) or "no arrays"
+        what = "no samples" if blocks else ", ".join(refused[:MOST_LISTED]) or "no arrays"
         raise DataError(path, f"must hold numbers (axis, time) with at most {MOST_COLUMNS} axes, got {what}")
     settings = [name for name in singles if name not in rates]
-    longest = max(length for length, _ in found)
-    for key, alike in [*found.items()]:
+    longest = max(length for length, _ in blocks)
+    for key, alike in [*blocks.items()]:
         timed = len(_parts(key[1] or "")) > 1 or any(heading(text).is_clock for text in alike)
         if not timed and key[0] < FEWEST <= longest:
-            settings += found.pop(key)
+            settings += blocks.pop(key)
     notes = [f"left out: {', '.join(each[:MOST_LISTED])}{' …' * (len(each) > MOST_LISTED)}{what}"
              for each, what in ((refused, ""), (settings, " (single values)")) if each]  # fmt: skip
     tables = []
-    for (_, rate_name), alike in sorted(found.items(), key=lambda item: -item[0][0]):
+    for (_, rate_name), alike in sorted(blocks.items(), key=lambda item: -item[0][0]):
         groups, parts, spelled = zip(*alike.values(), strict=True)
         tables.append(
             RawTable(
@@ -140,15 +140,15 @@ def _short(names: Sequence[str]) -> dict[str, str]:
 
 def _rate(name: str, values: NDArray[np.generic]) -> float | None:
     """Return the rate in Hz that a number states by its name, as ``fs``, ``Sample_Rate_Hz`` or ``dt_ms``."""
-    found = heading(_parts(name)[-1])
-    plain = "".join(found.words)
+    parsed = heading(_parts(name)[-1])
+    plain = "".join(parsed.words)
     per_second = plain in RATE_NAMES or plain.removesuffix("hz").removesuffix("k") in RATE_NAMES
     if values.dtype.kind not in "fiu" or (not per_second and plain not in STEP_NAMES):
         return None
     number = float(values.ravel()[0])
     if per_second:
-        return number * (1e3 if plain.endswith("khz") or (found.unit or "").lower() == "khz" else 1.0)
-    seconds = number * (parse_seconds(found.unit or "s") or 1.0)
+        return number * (1e3 if plain.endswith("khz") or (parsed.unit or "").lower() == "khz" else 1.0)
+    seconds = number * (parse_seconds(parsed.unit or "s") or 1.0)
     return 1 / seconds if seconds > 0 else None
 
 
@@ -231,10 +231,10 @@ def load_arrays(
 
 
 def _describe(arrays: Arrays, path: Path) -> SignalDescription:
-    found = decode(str(arrays[DESCRIPTION]), str(path))
-    if found is None:
+    description = decode(str(arrays[DESCRIPTION]), str(path))
+    if description is None:
         raise DataError(path, "description is damaged")
-    return found
+    return description
 
 
 def _load_array(path: Path) -> NDArray[np.generic]:

@@ -75,7 +75,7 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
         if not folder and path.is_dir():
             raise ParameterError(f"{path}: is a folder; a file is needed here: give another name")
         whole = path.absolute()
-        there = next(at for at in ((whole, *whole.parents) if folder else whole.parents) if at.exists())
+        there = next(base for base in ((whole, *whole.parents) if folder else whole.parents) if base.exists())
         with tempfile.TemporaryFile(dir=there):
             pass
     except OSError as error:

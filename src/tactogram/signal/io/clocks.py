@@ -173,18 +173,18 @@ def choose_clock(
     if time == NONE:
         return None
     if time is not None:
-        place, unit = _named(time, table, headings)
-        unit = unit or clocks.get(place) or time_unit_of(headings[place])
-        if table.columns[place].dtype == object:
-            kind = stamp_kind([cell for cell in table.columns[place][:50] if cell is not None])
-            return Clock(place, kind or "date and time", None)
-        return _with_unit(place, unit, table, rate)
+        chosen, unit = _named(time, table, headings)
+        unit = unit or clocks.get(chosen) or time_unit_of(headings[chosen])
+        if table.columns[chosen].dtype == object:
+            kind = stamp_kind([cell for cell in table.columns[chosen][:50] if cell is not None])
+            return Clock(chosen, kind or "date and time", None)
+        return _with_unit(chosen, unit, table, rate)
     if not clocks:
         _ask(table, headings, rate)
         return None
 
-    def rank(place: int) -> tuple[bool, float, bool, bool, bool, int]:
-        column = table.columns[place]
+    def rank(index: int) -> tuple[bool, float, bool, bool, bool, int]:
+        column = table.columns[index]
         dated = column.dtype == object
         if dated:
             repeated = len({*map(str, column)}) < (1 - 0.05) * len(column)
@@ -195,9 +195,9 @@ def choose_clock(
             still,
             float(repeated),
             dated,
-            clocks[place] is None,
-            "header" not in headings[place].words,
-            place,
+            clocks[index] is None,
+            "header" not in headings[index].words,
+            index,
         )
 
     best = min(clocks, key=rank)
@@ -212,11 +212,11 @@ def choose_clock(
     return _with_unit(best, clocks[best], table, rate)
 
 
-def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None) -> Clock | None:
-    name = table.headings[place]
+def _with_unit(index: int, unit: str | None, table: RawTable, rate: float | None) -> Clock | None:
+    name = table.headings[index]
     if unit is not None:
-        return Clock(place, unit, parse_seconds(unit))
-    column = table.columns[place].astype(np.float64)
+        return Clock(index, unit, parse_seconds(unit))
+    column = table.columns[index].astype(np.float64)
     values = column[np.isfinite(column)]
     steps = np.abs(np.diff(values))
     typical = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
@@ -228,7 +228,7 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     for candidate, low, high, since in EPOCHS:
         if low <= size < high and 1e-6 <= typical * (parse_seconds(candidate) or 1) <= 1.0:
             return Clock(
-                place, candidate, parse_seconds(candidate), f"{name} is in {candidate} since {since}"
+                index, candidate, parse_seconds(candidate), f"{name} is in {candidate} since {since}"
             )
     ticks = any(word.startswith("tick") for word in words_of(name))
     ranges = BOARD_STEPS if table.brief else STEPS
@@ -255,7 +255,7 @@ def _with_unit(place: int, unit: str | None, table: RawTable, rate: float | None
     note = None if unit == "s" else f"{name} without unit taken as {unit}: {hertz}"
     if not table.named:
         note = f"column {name} rises: taken for the time, in {unit}: {hertz}"
-    return Clock(place, unit, parse_seconds(unit), note)
+    return Clock(index, unit, parse_seconds(unit), note)
 
 
 def _ask(table: RawTable, headings: Sequence[Heading], rate: float | None) -> None:
@@ -292,12 +292,12 @@ def _ask(table: RawTable, headings: Sequence[Heading], rate: float | None) -> No
 def _named(time: str, table: RawTable, headings: Sequence[Heading]) -> tuple[int, str | None]:
     """Return the place of a column, and the unit stated behind its name."""
     name, unit = split_heading(time)
-    for wanted, stated in ((time, None), (name, unit)):
+    for text, stated in ((time, None), (name, unit)):
         for candidates in (table.headings, [each.name for each in headings]):
-            if wanted in candidates:
-                return candidates.index(wanted), stated
-        if wanted.isdigit() and 1 <= int(wanted) <= len(headings):
-            return int(wanted) - 1, stated
+            if text in candidates:
+                return candidates.index(text), stated
+        if text.isdigit() and 1 <= int(text) <= len(headings):
+            return int(text) - 1, stated
     raise DataError(f"no column {time!r}, there are {', '.join(table.headings)}")
 
 

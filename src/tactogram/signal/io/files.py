@@ -233,8 +233,8 @@ def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
     """Return the tables in a file that is no sound, by the module of its format, which is imported when one is met."""
     if suffix in TEXTS:
         size = path.stat().st_size
-        if size > LONG_TEXT_BYTES and (found := long_table(path, table.table_by_lines)) is not None:
-            return [found]
+        if size > LONG_TEXT_BYTES and (content := long_table(path, table.table_by_lines)) is not None:
+            return [content]
         if size > MOST_TEXT_BYTES:
             raise DataError(
                 path, f"must have at most {MOST_TEXT_BYTES >> 20} MiB, or nothing but rows of numbers; cut it"

@@ -28,14 +28,14 @@ def tables(path: Path) -> list[RawTable]:
     and references, which MATLAB writes for its cells, not read.
     """
     h5py = imported("h5py", extra="formats", what="HDF5 files, and MAT files of version 7.3")
-    found: dict[str, Any] = {}
+    items: dict[str, Any] = {}
     arrays: dict[str, NDArray[Any]] = {}
     units: dict[str, str | None] = {}
     with decoding(path, "truncated or not an HDF5 file"), h5py.File(path, "r") as file:
-        file.visititems(found.__setitem__)
-        data = {name: item for name, item in found.items() if _is_read(name, item, h5py)}
+        file.visititems(items.__setitem__)
+        data = {name: item for name, item in items.items() if _is_read(name, item, h5py)}
         check_size(sum(item.nbytes for item in data.values()), path)
-        for name, item in {"": file, **found}.items():
+        for name, item in {"": file, **items}.items():
             stated = {key: np.asarray(value) for key, value in item.attrs.items()}
             numbers = {k: v for k, v in stated.items() if v.size == 1 and v.dtype.kind in "fiu"}
             arrays |= {f"{name}/{key}".lstrip("/"): value for key, value in numbers.items()}

@@ -30,13 +30,13 @@ def label_columns(table: RawTable, time: int | None) -> dict[str, int]:
     They hold words or whole numbers.
     """
     names = [split_heading(heading)[0].lower() for heading in table.headings]
-    found: dict[str, int] = {}
+    columns: dict[str, int] = {}
     for role, usual in HEADINGS.items():
         places = [names.index(name) for name in usual if name in names]
-        for place in places:
-            if place != time and _codes(table.columns[place]):
-                found.setdefault(role, place)
-    return found if MATERIAL in found else {}
+        for index in places:
+            if index != time and _codes(table.columns[index]):
+                columns.setdefault(role, index)
+    return columns if MATERIAL in columns else {}
 
 
 def label_of_cell(cell: object) -> str:
@@ -69,7 +69,7 @@ def cut(contents: Sequence[FileContent]) -> list[Interval]:
     starts = np.unique(np.concatenate([np.array(each.rows)[_starts(each)] for each in contents]))
     first = contents[0]
     places = [np.searchsorted(each.rows, starts) for each in contents]
-    found = []
+    intervals = []
     for number, begin in enumerate(places[0]):
         ends = [
             p[number + 1] if number + 1 < len(p) else len(c.rows)
@@ -79,8 +79,8 @@ def cut(contents: Sequence[FileContent]) -> list[Interval]:
             continue
         parts = [_part(c, p[number], end) for c, p, end in zip(contents, places, ends, strict=True)]
         labels = {role: values[begin] for role, values in first.labels.items() if values[begin]}
-        found.append(Interval(labels, (first.rows[begin], first.rows[ends[0] - 1]), tuple(parts)))
-    return found
+        intervals.append(Interval(labels, (first.rows[begin], first.rows[ends[0] - 1]), tuple(parts)))
+    return intervals
 
 
 def _starts(content: FileContent) -> NDArray[np.bool_]:

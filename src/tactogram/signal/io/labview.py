@@ -52,15 +52,15 @@ def lvm_tables(path: Path) -> list[RawTable]:
     facts = _facts(lines[: starts[0]], separator)
     comma = facts.get("Decimal_Separator", [""])[0] == "," and separator != ","
     timed = facts.get("X_Columns", ["One"])[0] != "No"
-    found: list[RawTable] = []
+    tables: list[RawTable] = []
     for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
         end = next((number for number in ends if start < number < stop - 1), None)
         if end is None:
             raise DataError(f"{path}: row {start + 1}", "no rows below this header")
         rows = [line.replace(",", ".") if comma else line for line in lines[end + 1 : stop]]
         cells = [[cell.strip() for cell in line.split(separator)] for line in rows]
-        found += _measurement(path, cells, end + 1, _facts(lines[start:end], separator), timed=timed)
-    return _joined(found)
+        tables += _measurement(path, cells, end + 1, _facts(lines[start:end], separator), timed=timed)
+    return _joined(tables)
 
 
 def _facts(lines: Sequence[str], separator: str) -> dict[str, list[str]]:
@@ -116,9 +116,9 @@ def _measurement(
     return tables
 
 
-def _joined(found: Sequence[RawTable]) -> list[RawTable]:
+def _joined(tables: Sequence[RawTable]) -> list[RawTable]:
     joined: list[RawTable] = []
-    for each in found:
+    for each in tables:
         last = joined[-1] if joined else None
         if last is None or last.headings != each.headings or not each.headings[0].startswith(X):
             joined.append(each)

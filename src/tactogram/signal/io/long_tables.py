@@ -65,9 +65,9 @@ def split_by_sensor(table: RawTable) -> list[RawTable]:
     return parts
 
 
-def _tells_apart(table: RawTable, place: int) -> bool:
+def _tells_apart(table: RawTable, index: int) -> bool:
     """Return whether a column holds the names or numbers of a few sensors, by turns."""
-    column, words = table.columns[place], words_of(table.headings[place])
+    column, words = table.columns[index], words_of(table.headings[index])
     if any(word in usual for word in words for usual in HEADINGS.values()) or len(column) < 4:
         return False
     called = any(word in SENSORS for word in words)
@@ -78,10 +78,10 @@ def _tells_apart(table: RawTable, place: int) -> bool:
     elif not all(isinstance(cell, str) and not is_number(cell) and not is_stamp(cell) for cell in column):
         return False
     names = [label_of_cell(cell) for cell in column]
-    found = set(names)
+    distinct = set(names)
     if (
-        not 1 < len(found) <= min(MOST_SENSORS, len(names) // 2)
-        or {name.lower() for name in found} <= _SWITCHES
+        not 1 < len(distinct) <= min(MOST_SENSORS, len(names) // 2)
+        or {name.lower() for name in distinct} <= _SWITCHES
     ):
         return False
     return called or float(np.mean([a != b for a, b in itertools.pairwise(names)])) > MOSTLY
@@ -90,8 +90,8 @@ def _tells_apart(table: RawTable, place: int) -> bool:
 def _part(table: RawTable, key: int, name: str, rows: NDArray[np.int64]) -> RawTable:
     """Return the rows of one sensor, without the columns that are empty there; the clock comes first."""
     columns = [column[rows] for column in table.columns]
-    found = headings_of(table.headings, table.units)
-    clocks = clocks_of(replace(table, columns=tuple(columns), rows=()), found)
+    headings = headings_of(table.headings, table.units)
+    clocks = clocks_of(replace(table, columns=tuple(columns), rows=()), headings)
     kept = [
         i
         for i, column in enumerate(columns)

@@ -58,7 +58,7 @@ class NumericForm:
         if not raw.endswith(b"\n") or _CALENDAR.search(raw, start, raw.find(b"\n", start)):
             return None
         try:
-            found = pc.read_csv(
+            table = pc.read_csv(
                 pa.BufferReader(rows),
                 pc.ReadOptions(column_names=names, block_size=max(1, len(rows)), use_threads=False),
                 pc.ParseOptions(delimiter=self.separator, quote_char=False, ignore_empty_lines=False),
@@ -70,9 +70,9 @@ class NumericForm:
             )
         except pa.ArrowInvalid:
             return None
-        if all(column.null_count for column in found.columns):  # perhaps of an empty line
+        if all(column.null_count for column in table.columns):  # perhaps of an empty line
             return None
-        columns = [column.to_numpy() for column in found.columns]
+        columns = [column.to_numpy() for column in table.columns]
         named = [self.first.named and bool(text) for text in self.first.headings]
         unnamed = [column for column, known in zip(columns, named, strict=True) if not known]
         return None if any(map(is_empty, unnamed)) else columns
@@ -84,8 +84,8 @@ _FORMS: dict[tuple[bytes, str, str], NumericForm] = {}
 
 def numeric_table(path: Path, raw: bytes, read: Reader) -> RawTable | None:
     """Return a table whose rows are plain numbers; None for another, or if the first bytes do not tell."""
-    found = _form_and_table(path, raw, read)
-    return found and found[1]
+    result = _form_and_table(path, raw, read)
+    return result and result[1]
 
 
 def long_table(path: Path, read: Reader) -> RawTable | None:
@@ -95,13 +95,13 @@ def long_table(path: Path, read: Reader) -> RawTable | None:
     """
     with path.open("rb") as file:
         first = file.read(BLOCK_BYTES) + file.readline()
-        found = _form_and_table(path, first, read)
-        if found is None:
+        result = _form_and_table(path, first, read)
+        if result is None:
             return None
         more, last = 0, first
         while block := file.read(BLOCK_BYTES):
             more, last = more + block.count(b"\n"), block
-    form, table = found
+    form, table = result
 
     def rest() -> Iterator[RawTable]:
         import pyarrow as pa
@@ -136,15 +136,15 @@ def _form_and_table(path: Path, raw: bytes, read: Reader) -> tuple[NumericForm, 
     for form in reversed(_FORMS.values()):
         if raw.startswith(form.head) and (table := form.table(path, raw)) is not None:
             return form, table
-    found = _form_of(path, raw[: raw.rfind(b"\n", 0, FIRST_BYTES) + 1], read)
-    if found is None:
+    new_form = _form_of(path, raw[: raw.rfind(b"\n", 0, FIRST_BYTES) + 1], read)
+    if new_form is None:
         return None
-    if re.search(rb"[A-Za-z]", found.head):
-        _FORMS[found.head, found.separator, found.decimal] = found
+    if re.search(rb"[A-Za-z]", new_form.head):
+        _FORMS[new_form.head, new_form.separator, new_form.decimal] = new_form
         while len(_FORMS) > MOST_FORMS:
             del _FORMS[next(iter(_FORMS))]
-    table = found.table(path, raw)
-    return None if table is None else (found, table)
+    table = new_form.table(path, raw)
+    return None if table is None else (new_form, table)
 
 
 def _form_of(path: Path, first: bytes, read: Reader) -> NumericForm | None:

@@ -77,10 +77,10 @@ def decode_image_metadata(data: bytes, *, name: str) -> dict[str, Any]:
     with _opened(data, name) as picture:
         text = getattr(picture, "text", {}).get(METADATA, "{}")
     try:
-        found = json.loads(text)
+        metadata = json.loads(text)
     except ValueError as error:
         raise DataError(name, f"its {METADATA!r} text is not JSON: {error}") from error
-    return dict(found)
+    return dict(metadata)
 
 
 def decode_image(

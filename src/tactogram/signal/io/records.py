@@ -25,14 +25,14 @@ def tables(path: Path) -> list[RawTable]:
             meta = parquet.read_metadata(path)
             size = sum(meta.row_group(i).total_byte_size for i in range(meta.num_row_groups))
             check_size(size, path)
-            found = parquet.read_table(path)
+            table = parquet.read_table(path)
         else:
-            found = feather.read_table(path)
-            check_size(found.nbytes, path)
-        found = found.flatten()  # fields of structures as columns
-        names = tuple(found.column_names)
-        units = tuple(_unit(field.metadata or {}) for field in found.schema)
-        columns = tuple(_column(found.column(i)) for i in range(found.num_columns))
+            table = feather.read_table(path)
+            check_size(table.nbytes, path)
+        table = table.flatten()  # fields of structures as columns
+        names = tuple(table.column_names)
+        units = tuple(_unit(field.metadata or {}) for field in table.schema)
+        columns = tuple(_column(table.column(i)) for i in range(table.num_columns))
     return [RawTable(path, names, columns, units=units if any(units) else ())]
 
 
@@ -60,11 +60,11 @@ def json_tables(path: Path) -> list[RawTable]:
 
 def _flat(row: dict[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return an object with the names of inner ones as ``outer.inner``, lists of numbers as ``outer.1`` …."""
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for name, value in row.items():
         inner = {str(i): each for i, each in enumerate(value, 1)} if isinstance(value, list) else value
-        found |= _flat(inner, f"{prefix}{name}.") if isinstance(inner, dict) else {f"{prefix}{name}": inner}
-    return found
+        flat |= _flat(inner, f"{prefix}{name}.") if isinstance(inner, dict) else {f"{prefix}{name}": inner}
+    return flat
 
 
 def _column(values: Any) -> Column:

@@ -136,11 +136,11 @@ def _of_layout(layout: TableLayout, table: RawTable, headings: Sequence[Heading]
     return replace(stream, layout=layout)
 
 
-def _described(table: RawTable, at: int | None) -> StreamColumns:
+def _described(table: RawTable, time_index: int | None) -> StreamColumns:
     """Return the columns of a table that this package wrote."""
     description = table.description
     assert description is not None  # noqa: S101
-    places = [i for i in range(len(table.headings)) if i != at]
+    places = [i for i in range(len(table.headings)) if i != time_index]
     names = tuple(split_heading(table.headings[i])[0] for i in places)
     if names != description.axes:
         raise DataError(
@@ -156,10 +156,10 @@ def _chosen(names: Sequence[str], table: RawTable, headings: Sequence[Heading]) 
         if name in table.groups and name not in table.headings:
             places += [i for i, group in enumerate(table.groups) if group == name]
             continue
-        place = _place(name, table, headings)
-        if place is None:
+        index = _place(name, table, headings)
+        if index is None:
             raise DataError(f"no column {name!r}, there are {', '.join(table.headings)}")
-        places.append(place)
+        places.append(index)
     if len(set(places)) < len(places):
         raise DataError(f"columns must be different, got {', '.join(names)}")
     parts = [headings[i] for i in places]
@@ -181,13 +181,13 @@ def _place(name: str, table: RawTable, headings: Sequence[Heading]) -> int | Non
 
 
 def _found(
-    table: RawTable, headings: Sequence[Heading], at: int | None, others: dict[int, str]
+    table: RawTable, headings: Sequence[Heading], time_index: int | None, others: dict[int, str]
 ) -> tuple[StreamColumns, ...]:
     """Return the streams in a table, that of the signal first; ``others`` gets what the other columns are."""
     for i, (each, column) in enumerate(zip(headings, table.columns, strict=True)):
-        if i != at and i not in others and (what := no_signal(each, column, table, i)):
+        if i != time_index and i not in others and (what := no_signal(each, column, table, i)):
             others[i] = what
-    places = [i for i in range(len(headings)) if i != at and i not in others]
+    places = [i for i in range(len(headings)) if i != time_index and i not in others]
     for spare in ("magnitude", "in {unit}"):
         if not places:
             places = [i for i, what in others.items() if what == spare.format(unit=headings[i].unit)]
@@ -206,7 +206,7 @@ def _found(
             remedy=Remedy(
                 "choose them:",
                 "axes",
-                ",".join([name for i, name in enumerate(table.headings) if i != at][:3]),
+                ",".join([name for i, name in enumerate(table.headings) if i != time_index][:3]),
             ),
         )
     groups: dict[str, list[int]] = {}
@@ -384,7 +384,7 @@ def _uses(
     table: RawTable,
     headings: Sequence[Heading],
     streams: Sequence[StreamColumns],
-    at: int | None,
+    time_index: int | None,
     time_unit: str | None,
     others: Mapping[int, str],
     labels: Mapping[str, int],
@@ -399,8 +399,8 @@ def _uses(
         for i, axis in zip(stream.places, stream.axes, strict=True):
             unit = stream.layout.unit if stream.layout and stream.layout.unit else headings[i].unit
             uses[i] = ColumnUse(table.headings[i], axis, unit, stream=stream.name if number else None)
-    if at is not None:
-        uses[at] = ColumnUse(table.headings[at], TIME, time_unit)
+    if time_index is not None:
+        uses[time_index] = ColumnUse(table.headings[time_index], TIME, time_unit)
     if table.groups and table.rate_name is not None:
         uses.append(ColumnUse(table.rate_name, RATE))
     return tuple(uses)

@@ -170,16 +170,16 @@ def _facts(path: Path) -> _SoundInfo:
 
 
 def _description(facts: _SoundInfo, path: Path) -> SignalDescription | None:
-    found = decode(facts.comment or "", str(path))
-    if found is None:
+    description = decode(facts.comment or "", str(path))
+    if description is None:
         return None
-    if facts.rate != max(1, round(found.rate)) or facts.channels != len(found.axes):
+    if facts.rate != max(1, round(description.rate)) or facts.channels != len(description.axes):
         raise DataError(
             path,
-            f"changed after it was described: described as {found.rate:g} Hz, {len(found.axes)} channels, "
+            f"changed after it was described: described as {description.rate:g} Hz, {len(description.axes)} channels, "
             f"its header says {facts.rate} Hz, {facts.channels}; remove the comment",
         )
-    return found
+    return description
 
 
 def _integers(signal: Signal, bits: int, full_scale: float | None) -> tuple[NDArray[np.int32], float]:
@@ -189,14 +189,14 @@ def _integers(signal: Signal, bits: int, full_scale: float | None) -> tuple[NDAr
     """
     most = 2 ** (bits - 1)
     peak = float(np.abs(signal.samples).max())
-    given = full_scale is not None
+    fixed = full_scale is not None
     if full_scale is None:
         full_scale = 1.0
         if signal.unit != "1" or not _fits(signal.samples, most, 1.0):
             full_scale = peak * most / (most - 1) or 1.0
     if not (full_scale > 0 and np.isfinite(full_scale)):
         raise ParameterError.must("full_scale", "be > 0 and finite", full_scale)
-    if given and not _fits(signal.samples, most, full_scale):
+    if fixed and not _fits(signal.samples, most, full_scale):
         raise ParameterError.must("full_scale", f"hold the peak of {peak:g} {signal.unit}", full_scale)
     steps = np.round(signal.samples.astype(np.float64) / full_scale * most)
     return (np.clip(steps, -most, most - 1).astype(np.int64) << (32 - bits)).astype(np.int32), full_scale
@@ -244,27 +244,27 @@ def read_header(path: Path) -> WavHeader:
 def _header(file: BinaryIO, path: Path, length: int, order: str) -> WavHeader:
     form = data = comment = None
     large = 0
-    at = 12
-    while at + 8 <= length:
-        file.seek(at)
+    offset = 12
+    while offset + 8 <= length:
+        file.seek(offset)
         name, size = struct.unpack(f"{order}4sI", file.read(8))
         if name == b"ds64":
             large = struct.unpack("<QQ", file.read(16))[1]
         if name == b"data" and size == _UNKNOWN_SIZE:
-            size = large or length - at - 8
-        if at + 8 + size > length:
+            size = large or length - offset - 8
+        if offset + 8 + size > length:
             raise DataError(
                 path,
-                f"truncated: chunk {name.decode('latin-1')!r} at byte {at} says {size} bytes, "
-                f"{length - at - 8} are there",
+                f"truncated: chunk {name.decode('latin-1')!r} at byte {offset} says {size} bytes, "
+                f"{length - offset - 8} are there",
             )
         if name == b"fmt ":
-            form = (at, file.read(size))
+            form = (offset, file.read(size))
         elif name == b"data":
-            data = (at + 8, size)
+            data = (offset + 8, size)
         elif name == b"LIST":
             comment = _comment(file.read(size)) or comment
-        at += 8 + size + size % 2
+        offset += 8 + size + size % 2
     if form is None or len(form[1]) < 16 or data is None:
         missing = "data" if form is not None and len(form[1]) >= 16 else "fmt"
         raise DataError(path, f"truncated: no {missing} chunk before the end at byte {length}")
@@ -281,12 +281,12 @@ def _header(file: BinaryIO, path: Path, length: int, order: str) -> WavHeader:
 def _comment(chunk: bytes) -> str | None:
     if chunk[:4] != b"INFO":
         return None
-    at = 4
-    while at + 8 <= len(chunk):
-        name, size = struct.unpack_from("<4sI", chunk, at)
+    offset = 4
+    while offset + 8 <= len(chunk):
+        name, size = struct.unpack_from("<4sI", chunk, offset)
         if name == b"ICMT":
-            return chunk[at + 8 : at + 8 + size].split(b"\0")[0].decode("utf-8", "replace")
-        at += 8 + size + size % 2
+            return chunk[offset + 8 : offset + 8 + size].split(b"\0")[0].decode("utf-8", "replace")
+        offset += 8 + size + size % 2
     return None
 
 

@@ -32,9 +32,9 @@ def is_stamp(cell: object) -> bool:
     """Return whether a cell holds a date, a date with a time, or a time of day, and is no plain number."""
     if isinstance(cell, datetime | time | timedelta):
         return True
-    found = _match(cell) if isinstance(cell, str) else None
-    return found is not None and any(
-        (*found.group("a", "year", "word"), ":" in found.string and found["minute"])
+    match = _match(cell) if isinstance(cell, str) else None
+    return match is not None and any(
+        (*match.group("a", "year", "word"), ":" in match.string and match["minute"])
     )
 
 
@@ -62,9 +62,9 @@ def stamp_seconds(cells: NDArray[np.object_], where: str, rows: Sequence[int]) -
     instants = np.full(len(cells), np.nan)
     kinds: set[tuple[bool, bool]] = set()
     first_day: int | None = None
-    found = [_parts(cell) for cell in cells]
-    month_first = any(part and part[0] and part[0][1] > 12 for part in found)
-    for i, part in enumerate(found):
+    parts = [_parts(cell) for cell in cells]
+    month_first = any(part and part[0] and part[0][1] > 12 for part in parts)
+    for i, part in enumerate(parts):
         if part is None:
             if cells[i] is None or not str(cells[i]).strip() or cells[i] != cells[i]:
                 continue
@@ -118,15 +118,15 @@ def _is_number(text: str) -> bool:
 def _has_date(cell: object) -> bool:
     if isinstance(cell, datetime | time | timedelta):
         return isinstance(cell, datetime)
-    found = _match(str(cell))
-    return bool(found and (found["a"] or found["year"] or found["word"]))
+    match = _match(str(cell))
+    return bool(match and (match["a"] or match["year"] or match["word"]))
 
 
 def _has_time(cell: object) -> bool:
     if isinstance(cell, datetime | time | timedelta):
         return True
-    found = _match(str(cell))
-    return bool(found and found["hour"])
+    match = _match(str(cell))
+    return bool(match and match["hour"])
 
 
 def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | None] | None:
@@ -138,42 +138,42 @@ def _parts(cell: object) -> tuple[tuple[int, int, int] | None, float, float | No
         date = (cell.year, cell.month, cell.day) if isinstance(cell, datetime) else None
         east = cell.utcoffset() if isinstance(cell, datetime) else None
         return date, seconds, None if east is None else east.total_seconds()
-    found = _match(str(cell)) if isinstance(cell, str) else None
-    if found is None or not is_stamp(cell):
+    match = _match(str(cell)) if isinstance(cell, str) else None
+    if match is None or not is_stamp(cell):
         return None
     date = None
-    if found["year"]:
-        date = (int(found["year"]), int(found["month"]), int(found["day"]))
-    elif found["word"]:
-        if (word := found["word"][:3].lower()) not in _MONTHS:
+    if match["year"]:
+        date = (int(match["year"]), int(match["month"]), int(match["day"]))
+    elif match["word"]:
+        if (word := match["word"][:3].lower()) not in _MONTHS:
             return None
-        year = found["wordyear"] or found["lastyear"] or 1970
-        date = (int(year), _MONTHS.index(word) + 1, int(found["wordday"]))
-    elif found["a"]:
-        middle = found["b"]
+        year = match["wordyear"] or match["lastyear"] or 1970
+        date = (int(year), _MONTHS.index(word) + 1, int(match["wordday"]))
+    elif match["a"]:
+        middle = match["b"]
         named = middle[:3].lower() if not middle.isdigit() else ""
         if named and named not in _MONTHS:
             return None
-        date = (int(found["a"]), _MONTHS.index(named) + 1 if named else int(middle), int(found["c"]))
+        date = (int(match["a"]), _MONTHS.index(named) + 1 if named else int(middle), int(match["c"]))
         if named and date[0] <= 99:  # 4-May-2026
             date = (date[2] if date[2] > 99 else 2000 + date[2], date[1], date[0])
     seconds = 0.0
-    if found["hour"]:
-        hour, minute, second = (int(found[name] or 0) for name in ("hour", "minute", "second"))
-        fraction = float(f"0.{found['fraction'] or 0}")
+    if match["hour"]:
+        hour, minute, second = (int(match[name] or 0) for name in ("hour", "minute", "second"))
+        fraction = float(f"0.{match['fraction'] or 0}")
         if (
-            found["point"] == "." and found["dot"] == ":"
+            match["point"] == "." and match["dot"] == ":"
         ):  # minutes, seconds and a fraction, as Excel shows them
-            hour, minute, second, fraction = 0, hour, minute, float(f"0.{found['second']}")
-        elif found["second"] is None and found["fraction"]:
+            hour, minute, second, fraction = 0, hour, minute, float(f"0.{match['second']}")
+        elif match["second"] is None and match["fraction"]:
             hour, minute, second = 0, hour, minute
-        if half := found["half"]:
+        if half := match["half"]:
             hour = hour % 12 + (12 if half[0] in "pP" else 0)
         if hour > 24 or minute > 59 or second > 60:
             return None
         seconds = 3600.0 * hour + 60 * minute + second + fraction
     offset: float | None = None
-    if zone := found["zone"]:
+    if zone := match["zone"]:
         digits = re.sub(r"\D", "", zone).ljust(4, "0")
         offset = (1 if zone[0] != "-" else -1) * (3600.0 * int(digits[:2]) + 60 * int(digits[2:]))
     return date, seconds, offset

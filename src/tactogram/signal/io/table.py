@@ -81,7 +81,7 @@ def table_by_lines(path: Path, raw: bytes) -> RawTable:
     lines = cleaned(text).split("\n")
     separator, comments, rows = _lines(lines, path)
     description = next(
-        (found for line in comments[:3] if (found := decode(line[1:].strip(), str(path)))), None
+        (parsed for line in comments[:3] if (parsed := decode(line[1:].strip(), str(path)))), None
     )
     rows, stamps = prefix_apart(rows)
     rows, names = pairs_apart(without_brackets(rows))
@@ -107,7 +107,7 @@ def table_by_lines(path: Path, raw: bytes) -> RawTable:
     if not head.named and (stated := start_and_rate(columns)):
         rate, columns, numbers = stated, [column[2:] for column in columns], numbers[2:]
         notes.append("the first two rows are the start and the rate, as Empatica's E4 writes them")
-    units = [one or other for one, other in zip(head.units or [None] * grid.width, behind, strict=True)]
+    units = [unit or other for unit, other in zip(head.units or [None] * grid.width, behind, strict=True)]
     headings = [*head.headings]
     across, along = units_in(facts)
     if along is not None and any(line.strip(" ,").lower() == "mode,fast" for line in facts):
@@ -212,8 +212,8 @@ def describe(path: Path) -> SignalDescription | None:
     """Return the description in the first lines, if there is one."""
     with path.open("rb") as file:
         lines = file.read(1 << 20).decode("utf-8-sig", "ignore").split("\n")[:3]
-    found = (decode(line[1:].strip(), str(path)) for line in lines if line.startswith("#"))
-    return next((each for each in found if each), None)
+    descriptions = (decode(line[1:].strip(), str(path)) for line in lines if line.startswith("#"))
+    return next((each for each in descriptions if each), None)
 
 
 def write(path: Path, signal: Signal, description: SignalDescription, *, suffix: str) -> None:
@@ -264,9 +264,9 @@ def _head(rows: TextRows, comments: Sequence[str]) -> TableHead:
                 cells = split(text, separator)
                 if (
                     len(cells) in (rows.width, rows.width + 1)
-                    and (found := head_of([cells], rows.width)).named
+                    and (candidate := head_of([cells], rows.width)).named
                 ):
-                    return found
+                    return candidate
     return head
 
 

@@ -60,8 +60,8 @@ def text_columns(
         )
     except (ValueError, pd.errors.ParserError) as error:
         raise DataError(f"not a table: {one_line(error)}") from None
-    found = [_column(frame[i].to_numpy()) for i in range(width)]
-    return [column for column, _ in found], [unit for _, unit in found]
+    pairs = [_column(frame[i].to_numpy()) for i in range(width)]
+    return [column for column, _ in pairs], [unit for _, unit in pairs]
 
 
 def _column(values: NDArray[np.generic]) -> tuple[Column, str | None]:

@@ -45,7 +45,7 @@ def table_contents(
     labelled: bool = False,
 ) -> tuple[FileContent, ...]:
     """Return the streams of the tables in a file, that of the signal first; arguments and errors as `roles_of`."""
-    found: list[FileContent] = []
+    contents: list[FileContent] = []
     problem: DataError | None = None
     left_out: list[str] = []
     parts = [part for whole in tables for part in split_by_sensor(with_whole_clock(whole))]
@@ -62,27 +62,27 @@ def table_contents(
             problem = problem or DataError(table.path, error)
             left_out.append(f"left out: {', '.join(table.headings)} (rows of their own)")
             continue
-        found += [_content(table, roles, stream, rate) for stream in roles.streams]
-    if not found:
+        contents += [_content(table, roles, stream, rate) for stream in roles.streams]
+    if not contents:
         raise problem or DataError("no columns of numbers")
-    uses = tuple(use for content in {id(c.uses): c for c in found}.values() for use in content.uses)
-    notes = tuple(dict.fromkeys([*(note for content in found for note in content.notes), *left_out]))
-    if any(content.chosen or content.layout for content in found):
-        found.sort(key=lambda content: not (content.chosen or content.layout))
+    uses = tuple(use for content in {id(c.uses): c for c in contents}.values() for use in content.uses)
+    notes = tuple(dict.fromkeys([*(note for content in contents for note in content.notes), *left_out]))
+    if any(content.chosen or content.layout for content in contents):
+        contents.sort(key=lambda content: not (content.chosen or content.layout))
     else:
-        found = _main_first(found, tables[0])
-    return (replace(found[0], uses=uses, notes=notes), *found[1:])
+        contents = _main_first(contents, tables[0])
+    return (replace(contents[0], uses=uses, notes=notes), *contents[1:])
 
 
-def _main_first(found: Sequence[FileContent], table: RawTable) -> list[FileContent]:
+def _main_first(contents: Sequence[FileContent], table: RawTable) -> list[FileContent]:
     """Return the streams of several tables, that of the signal first; a `DataError` if two may be it."""
-    if all(content.uses is found[0].uses for content in found):
-        return [*found]
+    if all(content.uses is contents[0].uses for content in contents):
+        return [*contents]
 
     def rank(content: FileContent) -> tuple[bool, int]:
         return content.unit is None and "acceleration" not in content.stream, rank_of(content.stream)
 
-    first, *others = sorted(found, key=rank)
+    first, *others = sorted(contents, key=rank)
     alike = [
         content for content in others if content.uses is not first.uses and content.stream == first.stream
     ]
@@ -394,8 +394,8 @@ def unit_note(
     if stream.name == "friction":
         return None
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
-    for unit, one in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
-        if len(samples) == 3 and abs(mean / one - 1) < 0.15:
+    for unit, expected in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
+        if len(samples) == 3 and abs(mean / expected - 1) < 0.15:
             gravity = Remedy(f"their mean of {mean:.3g} is that of gravity in {unit}:", "unit", unit)
             return Message("no unit stated: read as plain numbers", gravity)
     whole = bool((samples == np.round(samples)).all()) and float(np.abs(samples).max()) > 10
@@ -408,11 +408,11 @@ def unit_note(
 def _marker(columns: Sequence[NDArray[np.float64]]) -> float | None:
     """Return the number that stands for missing samples, far beyond all others, as -9999."""
     for marker in MARKERS:
-        found = [values == marker for values in columns]
-        if any(each.any() for each in found):
+        masks = [values == marker for values in columns]
+        if any(each.any() for each in masks):
             rest = max(
                 float(np.nanmax(np.abs(v[~each]), initial=0.0))
-                for v, each in zip(columns, found, strict=True)
+                for v, each in zip(columns, masks, strict=True)
             )
             return marker if rest < abs(marker) / 10 else None
     return None

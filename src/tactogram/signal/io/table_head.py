@@ -63,8 +63,8 @@ def is_value(cell: object) -> bool:
         return True
     if not isinstance(cell, str):
         return False
-    found = NUMBER_WITH_UNIT.fullmatch(cell)
-    return bool(DECIMAL_COMMA.fullmatch(cell.strip())) or bool(found and _is_unit(found[2]))
+    match = NUMBER_WITH_UNIT.fullmatch(cell)
+    return bool(DECIMAL_COMMA.fullmatch(cell.strip())) or bool(match and _is_unit(match[2]))
 
 
 def body_start(
@@ -85,10 +85,10 @@ def body_start(
         )
 
     data = [bool(numeric) and is_data(row) for row in rows]
-    for i, found in enumerate(data):
+    for i, holds_data in enumerate(data):
         following = data[i : i + 4]
         section = i + 1 < len(rows) and len(rows[i + 1]) == 1 < width and str(rows[i + 1][0]).endswith(":")
-        if found and not section and sum(following) >= min(len(following), 3):
+        if holds_data and not section and sum(following) >= min(len(following), 3):
             return i
     return None
 
@@ -142,7 +142,7 @@ def head_of(above: Sequence[Sequence[object]], width: int) -> TableHead:
 
 def rate_in(lines: Sequence[str]) -> float | None:
     """Return the rate in Hz that lines above a table state, by a rate or an interval; None if there is none, or two."""
-    found = set()
+    rates = set()
     joined = [
         f"{line} {following}" if line.strip().endswith(":") else line
         for line, following in zip(lines, [*lines[1:], ""], strict=False)
@@ -153,22 +153,22 @@ def rate_in(lines: Sequence[str]) -> float | None:
             slow = re.search(r"interval|period|inc|dt|delta", match["what"], re.IGNORECASE)
             seconds = parse_seconds(unit) if unit else 1.0
             if slow and seconds and number > 0:
-                found.add(round(1 / (number * seconds), 9))
+                rates.add(round(1 / (number * seconds), 9))
             elif not slow and unit in _HERTZ and number > 0 and (unit or match["what"].lower() != "at"):
-                found.add(number * _HERTZ[unit])
-    return found.pop() if len(found) == 1 else None
+                rates.add(number * _HERTZ[unit])
+    return rates.pop() if len(rates) == 1 else None
 
 
 def units_in(lines: Sequence[str]) -> tuple[str | None, str | None]:
     """Return the units of time stamps and samples in lines such as ``Horizontal Units,s`` and ``Vertical Units,V``."""
-    found: list[str | None] = []
+    axis_units: list[str | None] = []
     for axis in (r"horizontal|x-axis|h", r"vertical|y-axis|v|measure"):
         form = re.compile(
             rf"[\"'#\s]*(?:{axis})[ _-]*units?\b[\"':=\s]*[,;:\t=]?[\"'\s]*([^\",;\t\s]+)", re.IGNORECASE
         )
         units = [match[1] for line in lines if (match := form.match(line)) and _is_unit(match[1])]
-        found.append(units[0] if units else None)
-    return found[0], found[1]
+        axis_units.append(units[0] if units else None)
+    return axis_units[0], axis_units[1]
 
 
 def increment_in(above: Sequence[Sequence[object]]) -> float | None:
@@ -212,8 +212,8 @@ def _are_units(row: list[str]) -> bool:
 
 def _bare(text: str) -> str:
     """Return a unit without the brackets around it."""
-    found = re.fullmatch(r"[\[(](.*)[\])]", text.strip())
-    return found[1] if found else text.strip()
+    match = re.fullmatch(r"[\[(](.*)[\])]", text.strip())
+    return match[1] if match else text.strip()
 
 
 def _is_unit(text: str) -> bool:
@@ -238,8 +238,8 @@ def _spreads(group: list[str], names: list[str]) -> bool:
 
 def _spread(group: list[str]) -> list[str]:
     """Return each group also over the names that follow."""
-    found, last = [], ""
+    names, last = [], ""
     for text in group:
         last = text or last
-        found.append(last)
-    return found
+        names.append(last)
+    return names

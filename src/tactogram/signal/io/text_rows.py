@@ -84,8 +84,8 @@ def prefix_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], tuple[st
         matches: Callable[[str], bool] = partial(_fits, form)
         if not _alike(rows, matches):
             continue
-        found = [form.fullmatch(line.text.strip()) for line in rows]
-        kept = [(line, match) for line, match in zip(rows, found, strict=True) if match]
+        stamps = [form.fullmatch(line.text.strip()) for line in rows]
+        kept = [(line, match) for line, match in zip(rows, stamps, strict=True) if match]
         return (
             [NumberedLine(line.number, match[form.groups]) for line, match in kept],
             (heading, [match[1] or match[2] for _, match in kept]),
@@ -98,10 +98,10 @@ def without_brackets(rows: list[NumberedLine]) -> list[NumberedLine]:
     bracketed = re.compile(r"\s*[(\[](.*)[)\]]\s*")
     if not _alike(rows, lambda text: bool(bracketed.fullmatch(text))):
         return rows
-    found = [bracketed.fullmatch(line.text) for line in rows]
+    matches = [bracketed.fullmatch(line.text) for line in rows]
     return [
         NumberedLine(line.number, match[1]) if match else line
-        for line, match in zip(rows, found, strict=True)
+        for line, match in zip(rows, matches, strict=True)
     ]
 
 
@@ -109,13 +109,13 @@ def pairs_apart(rows: list[NumberedLine]) -> tuple[list[NumberedLine], list[str]
     """Return lines of pairs (``x:0.1, y:0.2``) as their values between tabs, and the names with units."""
     if not _alike(rows, lambda text: bool(pairs_in(text))):
         return rows, []
-    found = [pairs_in(line.text) for line in rows]
-    names = Counter(tuple(name for name, _, _ in pairs) for pairs in found if pairs).most_common(1)[0][0]
+    pair_lists = [pairs_in(line.text) for line in rows]
+    names = Counter(tuple(name for name, _, _ in pairs) for pairs in pair_lists if pairs).most_common(1)[0][0]
     if len(set(names)) < len(names):
         return rows, []
     kept = [
         (line, pairs)
-        for line, pairs in zip(rows, found, strict=True)
+        for line, pairs in zip(rows, pair_lists, strict=True)
         if pairs and tuple(name for name, _, _ in pairs) == names
     ]
     units = [next((pairs[i][2] for _, pairs in kept if pairs[i][2]), "") for i in range(len(names))]
@@ -137,23 +137,23 @@ def _alike(rows: Sequence[NumberedLine], test: Callable[[str], bool]) -> bool:
 
 def unstamped(text: str) -> str:
     """Return a line without the time that a terminal or firmware put in front."""
-    found = next((match for form in (_STAMPED, _TICKED) if (match := form.fullmatch(text))), None)
-    return found[found.lastindex or 0] if found else text
+    stamp = next((match for form in (_STAMPED, _TICKED) if (match := form.fullmatch(text))), None)
+    return stamp[stamp.lastindex or 0] if stamp else text
 
 
 def pairs_in(text: str) -> list[tuple[str, str, str]]:
     """Return name, value and unit of each pair if a line consists of them."""
     text = text.strip().strip("{}").strip()
-    found, at = [], 0
+    pairs, position = [], 0
     if first := _FIRST.match(text):
-        found, at = [("", first[1], "")], first.end()
-    while at < len(text):
-        match = _PAIR.match(text, at)
+        pairs, position = [("", first[1], "")], first.end()
+    while position < len(text):
+        match = _PAIR.match(text, position)
         if match is None:
-            return [] if text[at:].strip(" ,;|\t") else found
-        found.append((match[1].strip(), match[2], match[3]))
-        at = match.end()
-    return found if len(found) > 1 or (found and found[0][0]) else []
+            return [] if text[position:].strip(" ,;|\t") else pairs
+        pairs.append((match[1].strip(), match[2], match[3]))
+        position = match.end()
+    return pairs if len(pairs) > 1 or (pairs and pairs[0][0]) else []
 
 
 def is_ruler(text: str) -> bool:

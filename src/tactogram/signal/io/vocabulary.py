@@ -195,10 +195,10 @@ def heading(text: str, unit: str | None = None) -> Heading:
 
 def _name_and_unit(text: str) -> tuple[str, str | None]:
     """Return the name in a heading and the unit in brackets, wherever these stand, or at its end."""
-    for found in re.finditer(r"[\[(]\s*((?:[^()\[\]]|\([^()]*\))*?)\s*[\])]", text):
-        name = f"{text[: found.start()]} {text[found.end() :]}".strip(" /,:")
-        if name and _is_unit(found[1]) and not found[1].isdigit():
-            return name, found[1]
+    for match in re.finditer(r"[\[(]\s*((?:[^()\[\]]|\([^()]*\))*?)\s*[\])]", text):
+        name = f"{text[: match.start()]} {text[match.end() :]}".strip(" /,:")
+        if name and _is_unit(match[1]) and not match[1].isdigit():
+            return name, match[1]
     name, inside = split_heading(text)
     if inside is not None:
         known = _unit_at_end(name.rstrip(" /,:"))

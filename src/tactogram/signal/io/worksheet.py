@@ -99,13 +99,13 @@ def _check_cells(path: Path) -> None:
     """
     with zipfile.ZipFile(path) as archive:
         for member in archive.namelist():
-            found = {
+            addresses = {
                 (b"A", 1),
                 *((c or b"A", int(r)) for c, r in set(_PLACE.findall(archive.read(member)))),
             }
-            column = max((name for name, _ in found), key=lambda name: (len(name), name))
+            column = max((name for name, _ in addresses), key=lambda name: (len(name), name))
             width = sum((byte - 64) * 26**i for i, byte in enumerate(reversed(column)))
-            if (cells := width * max(row for _, row in found)) > MOST_CELLS:
+            if (cells := width * max(row for _, row in addresses)) > MOST_CELLS:
                 raise DataError(
                     path,
                     f"a sheet must have at most {MOST_CELLS} cells up to its last, got {cells}; "
@@ -115,8 +115,8 @@ def _check_cells(path: Path) -> None:
 
 def _cells(book: Any, sheet: str, path: Path) -> Sequence[Sequence[object]]:
     with decoding(path, "damaged"):
-        found: list[list[object]] = book.get_sheet_by_name(sheet).to_python(skip_empty_area=False)
-    return [[None if cell == "" else cell for cell in row] for row in found]
+        rows: list[list[object]] = book.get_sheet_by_name(sheet).to_python(skip_empty_area=False)
+    return [[None if cell == "" else cell for cell in row] for row in rows]
 
 
 def _describe(book: Any, path: Path) -> SignalDescription | None:

@@ -114,11 +114,11 @@ def _entries(entries: list[Node]) -> Iterator[Node]:
 def _values(event: Node, left_out: Counter[str], known: dict[str, float] | list[str]) -> dict[str, float]:
     """Return an event's parameters, those that it lacks by their defaults."""
     values = dict(DEFAULTS)
-    for one in event.nodes("EventParameters", optional=True):
-        if (name := one.text("ParameterID")) in known:
-            if name == "Sustained" and isinstance(switch := one.value.get("ParameterValue"), bool):
-                one.value["ParameterValue"] = int(switch)
-            values[name] = one.number("ParameterValue", None, 0.0, 1.0, name=name)
+    for parameter in event.nodes("EventParameters", optional=True):
+        if (name := parameter.text("ParameterID")) in known:
+            if name == "Sustained" and isinstance(switch := parameter.value.get("ParameterValue"), bool):
+                parameter.value["ParameterValue"] = int(switch)
+            values[name] = parameter.number("ParameterValue", None, 0.0, 1.0, name=name)
         else:
             left_out[name or "unnamed parameters"] += 1
     return values
@@ -140,7 +140,7 @@ def _vibration(start: float, duration: float, values: dict[str, float], controls
         times, gain = np.append(times, duration + release), np.append(gain, 0.0)
     times = start + times
     both = np.unique(np.concatenate([times, controls[INTENSITY][0], controls[SHARPNESS][0]]))
-    at = both[(both >= times[0]) & (both <= times[-1])]
+    instants = both[(both >= times[0]) & (both <= times[-1])]
     last = times[-1] - JUMP_S  # A step of a control at its end does not act on it.
 
     def amplitude(t: Line) -> Line:
@@ -148,10 +148,10 @@ def _vibration(start: float, duration: float, values: dict[str, float], controls
         return np.asarray((values["HapticIntensity"] * control * np.interp(t, times, gain)) ** 2)
 
     # The square of a line is none.
-    dense = densified(at)
-    at = np.union1d(at, dense[thinned(dense, amplitude(dense), FINE)])
-    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], np.minimum(at, last)), 0, 1)
-    return Part(at, amplitude(at), SPAN.hz(sharp))
+    dense = densified(instants)
+    instants = np.union1d(instants, dense[thinned(dense, amplitude(dense), FINE)])
+    sharp = np.clip(values["HapticSharpness"] + _at(controls[SHARPNESS], np.minimum(instants, last)), 0, 1)
+    return Part(instants, amplitude(instants), SPAN.hz(sharp))
 
 
 def _at(control: Control, t: Line | float) -> Line:
@@ -166,17 +166,17 @@ def _control(entries: list[Node], name: str) -> Control:
         points: list[tuple[float, ...]] = []
         if curve.text("ParameterID") == name:
             start, nodes = curve.number("Time", 0.0), curve.nodes("ParameterCurveControlPoints")
-            points = [(start + one.number("Time", 0.0, 0.0), _value(one, name)) for one in nodes]
+            points = [(start + node.number("Time", 0.0, 0.0), _value(node, name)) for node in nodes]
         elif step.text("ParameterID") == name:
             points = [(step.number("Time", 0.0), _value(step, name))]
         pieces += [in_order(points, curve.notes, "control points")] if points else []
     times, values = np.array([-1.0]), np.array([1.0 if name == INTENSITY else 0.0])
     for piece in sorted(pieces, key=lambda piece: piece[0][0]):
-        at, new = np.array(piece).T
-        before = at[0] - JUMP_S
+        new_times, new = np.array(piece).T
+        before = new_times[0] - JUMP_S
         kept = times < before
         held = np.interp(before, times, values)
-        times = increasing(np.concatenate([times[kept], [before], at]))
+        times = increasing(np.concatenate([times[kept], [before], new_times]))
         values = np.concatenate([values[kept], [held], new])
     return times, values
 
@@ -209,13 +209,13 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     events.check_length("AHAP")
     span = events.span or SPAN
     runs = [_shares(run, span) for part in events.parts for run in part.runs]
-    controls = _controls(runs, np.array([one.time for one in events.transients]))
+    controls = _controls(runs, np.array([tap.time for tap in events.transients]))
     entries = [entry for run in runs for entry in _continuous(run, controls)]
     entries += [
         _event(
-            one.time, "HapticTransient", math.sqrt(min(1.0, one.amplitude)), float(span.share(one.frequency))
+            tap.time, "HapticTransient", math.sqrt(min(1.0, tap.amplitude)), float(span.share(tap.frequency))
         )
-        for one in events.transients
+        for tap in events.transients
     ]
     starts = np.array(sorted(entry["Event"]["Time"] for entry in entries))
     for t, level, sharp in controls:
@@ -249,7 +249,7 @@ def _controls(runs: list[Part], taps: Line) -> list[tuple[Line, Line, Line]]:
     varying = [run for run in runs if np.ptp(run.amplitude) > STEADY or np.ptp(run.frequency) > 10 * STEADY]
     spans = np.array(sorted((run.start, run.end) for run in varying)).reshape(-1, 2)
     windows = spans_of(np.maximum(0, taps - LEAD_S), taps + PULSE_S, 3 * LEAD_S)
-    found = []
+    controls = []
     for first, last in spans_of(spans[:, 0], np.maximum.accumulate(spans[:, 1]), 0.0):
         near = [edge for window in windows if window[0] < last and window[1] > first for edge in window]
         edges = [first, *near, last]
@@ -258,8 +258,8 @@ def _controls(runs: list[Part], taps: Line) -> list[tuple[Line, Line, Line]]:
             if end - start > LEAD_S:
                 t = np.unique(np.concatenate([run.within(start, end).times for run in inside]))
                 sharp = [np.where((t < run.start) | (t > run.end), 1.0, run.hz(t)) for run in inside]
-                found.append((t, np.max([run.at(t) for run in inside], axis=0), np.min(sharp, axis=0)))
-    return found
+                controls.append((t, np.max([run.at(t) for run in inside], axis=0), np.min(sharp, axis=0)))
+    return controls
 
 
 def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict[str, Any]]:
@@ -268,7 +268,7 @@ def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict
     pieces: list[list[float]] = []
     tolerances = np.array([PIECE_STEP, SHARPNESS_STEP])
     for start, end in pairwise(sorted({run.start, run.end, *edges})):
-        acting = next((one for one in controls if one[0][0] <= start and end <= one[0][-1]), None)
+        acting = next((curve for curve in controls if curve[0][0] <= start and end <= curve[0][-1]), None)
         t = run.within(start, end).times
         if acting:
             t = np.union1d(t, acting[0][slice(*np.searchsorted(acting[0], [start, end]))])
@@ -284,20 +284,20 @@ def _continuous(run: Part, controls: list[tuple[Line, Line, Line]]) -> list[dict
             count = max(1, min(math.ceil(steps), int((t[j] - t[i]) / LEAD_S)))
             ends = np.linspace(t[i], t[j], 1 + count).tolist() if t[j] - t[i] > 2 * JUMP_S else []
             for a, b in pairwise(ends):
-                found = [float(np.interp((a + b) / 2, t, values)) for values in (own, sharp)]
-                if pieces and (np.abs(np.subtract(pieces[-1][2:], found)) <= tolerances / 2).all():
+                middle = [float(np.interp((a + b) / 2, t, values)) for values in (own, sharp)]
+                if pieces and (np.abs(np.subtract(pieces[-1][2:], middle)) <= tolerances / 2).all():
                     pieces[-1][1] = b
                 else:
-                    pieces.append([pieces[-1][1] if pieces else a, b, *found])
+                    pieces.append([pieces[-1][1] if pieces else a, b, *middle])
     return [entry for piece in pieces for entry in _chunks(*piece)]
 
 
 def _chunks(start: float, end: float, intensity: float, sharpness: float) -> list[dict[str, Any]]:
     """Return a continuous event, or several where it is longer than Core Haptics plays."""
     return [
-        _event(at, "HapticContinuous", intensity, sharpness, duration=min(LONGEST_EVENT_S, end - at))
-        for at in np.arange(start, end, LONGEST_EVENT_S).tolist()
-        if end - at >= SHORTEST_S
+        _event(begin, "HapticContinuous", intensity, sharpness, duration=min(LONGEST_EVENT_S, end - begin))
+        for begin in np.arange(start, end, LONGEST_EVENT_S).tolist()
+        if end - begin >= SHORTEST_S
     ]
 
 

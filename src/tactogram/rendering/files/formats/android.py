@@ -44,8 +44,8 @@ def decode(document: Node) -> DecodedDocument:
         notes.warn("timings must be whole ms", f"{broken[0]:g}")
     strength = [float(i % 2) for i in range(len(timings))]
     if document.has("amplitudes"):
-        stated = [STRONGEST if one == -1 else one for one in document.numbers("amplitudes", -1, STRONGEST)]
-        strength = [one / STRONGEST for one in stated]
+        stated = [STRONGEST if raw == -1 else raw for raw in document.numbers("amplitudes", -1, STRONGEST)]
+        strength = [value / STRONGEST for value in stated]
     if len(strength) != len(timings):
         rule = "timings and amplitudes must be equally many"
         notes.problems.append(f"{rule}, got {len(timings)} and {len(strength)}")

@@ -32,7 +32,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     motors = []
     for strong in (True, False):
         parts = tuple(_of_motor(part, strong) for part in events.parts)
-        taps = tuple(one for one in events.transients if (one.frequency <= SPLIT_HZ) == strong)
+        taps = tuple(tap for tap in events.transients if (tap.frequency <= SPLIT_HZ) == strong)
         motors.append(STEPS.write(Events(events.seconds, parts, taps), what="a gamepad effect"))
     edges = np.union1d(motors[0][0], motors[1][0])
     magnitudes = [
@@ -42,12 +42,12 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     effects = [
         {
             "startDelay": 0,
-            "duration": int(min(LONGEST_MS, end - at)),
+            "duration": int(min(LONGEST_MS, end - begin)),
             "strongMagnitude": float(strong),
             "weakMagnitude": float(weak),
         }
         for start, end, strong, weak in zip(edges[:-1], edges[1:], *magnitudes, strict=True)
-        for at in range(int(start), int(end), LONGEST_MS)
+        for begin in range(int(start), int(end), LONGEST_MS)
     ]
     about = {"format": "gamepad-effects", "type": "dual-rumble"}
     return about | {"effects": effects, "description": header.description}

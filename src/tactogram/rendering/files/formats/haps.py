@@ -42,8 +42,8 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     if not events.count:
         melodies = [[Part.of([0.0, events.seconds], [0.0, 0.0], 0.0, UNKNOWN_HZ)]]
     taps = [
-        _note(one.time, TRANSIENT_S, min(1.0, one.amplitude), {"m_type": 0}, priority=0)
-        for one in events.transients
+        _note(tap.time, TRANSIENT_S, min(1.0, tap.amplitude), {"m_type": 0}, priority=0)
+        for tap in events.transients
     ]
     return {
         "m_version": "5",
@@ -86,11 +86,11 @@ def decode(document: Node) -> DecodedDocument:
         # A vibration ends where the next one of its melody begins, at the latest.
         lasting.sort(key=lambda note: note[0])
         following = [*(note[0] for note in lasting[1:]), np.inf]
-        for one, after in zip(lasting, following, strict=False):
-            if (end := one[0] + one[1]) > after + 10 * JUMP_S:
+        for played, after in zip(lasting, following, strict=False):
+            if (end := played[0] + played[1]) > after + 10 * JUMP_S:
                 rule = "notes of a melody must not overlap"
                 notes.warn(rule, f"{end:g} s and {after:g} s", "one ends where the next begins")
-            parts.append(_part(*one, after))
+            parts.append(_part(*played, after))
     if not parts and not taps:
         notes.problems.append("the file holds no vibration")
     notes.check()
@@ -106,17 +106,17 @@ def decode(document: Node) -> DecodedDocument:
     others = (
         name
         for name in ("stiffness", "texture")
-        for one in document.node(f"m_{name}", optional=True).nodes("m_melodies", optional=True)
-        if one.value.get("m_notes")
+        for entry in document.node(f"m_{name}", optional=True).nodes("m_melodies", optional=True)
+        if entry.value.get("m_notes")
     )
-    given = "m_frequencyModulation" if parts else "nothing in the file: transients have none"
-    return DecodedDocument(events, document.text("m_description"), given, ", ".join(dict.fromkeys(others)))
+    source = "m_frequencyModulation" if parts else "nothing in the file: transients have none"
+    return DecodedDocument(events, document.text("m_description"), source, ", ".join(dict.fromkeys(others)))
 
 
 def _keyframes(effect: Node, name: str) -> Line:
     """Return times and values of a modulation, in order, shape (keyframe, 2). Some of the vendor's are out of order."""
     keyframes = effect.node(name, optional=True).nodes("m_keyframes", optional=True)
-    both = sorted((one.number("m_time", None, 0.0), one.number("m_value", None, 0.0)) for one in keyframes)
+    both = sorted((key.number("m_time", None, 0.0), key.number("m_value", None, 0.0)) for key in keyframes)
     return np.array(both).reshape(-1, 2)
 
 
@@ -124,10 +124,10 @@ def _part(start: float, length: float, gain: float, amplitude: Line, tones: Line
     """Return a note as a vibration; the values of its first and last keyframe hold outside them."""
     end = max(0.0, min(length, after - start))
     times, values = increasing(amplitude[:, 0]), amplitude[:, 1]
-    at = np.union1d(times, [0.0, end])
-    at = at[at <= end]
+    instants = np.union1d(times, [0.0, end])
+    instants = instants[instants <= end]
     turns, hz = tones.T if len(tones) else ([0.0], [UNKNOWN_HZ])
-    return Part.of(start + at, gain * np.interp(at, times, values), start + np.asarray(turns), hz)
+    return Part.of(start + instants, gain * np.interp(instants, times, values), start + np.asarray(turns), hz)
 
 
 def _note(

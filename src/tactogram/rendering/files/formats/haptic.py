@@ -35,7 +35,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     A transient is an emphasis: as strong as the vibration, at least. Of two at the same time the stronger counts.
     """
     events.check_length(".haptic")
-    ends = [one.time + PULSE_S for one in events.transients[-1:] if one.time >= events.seconds]
+    ends = [last.time + PULSE_S for last in events.transients[-1:] if last.time >= events.seconds]
     span = events.span or SPAN
     whole = events.joined.within(0.0, round(max([events.seconds, *ends]), _DIGITS))
     times, strength = np.array(bends(whole.times, whole.amplitude, AMPLITUDE_STEP)).T
@@ -51,11 +51,11 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
             }
         points.append(point)
     # A line that leaves the span has a bend there.
-    at = densified(whole.times)
-    share = span.share(whole.hz(at))
+    instants = densified(whole.times)
+    share = span.share(whole.hz(instants))
     frequency = [
         {"time": round(time, _DIGITS), "frequency": round(value, 4)}
-        for time, value in bends(at, share, FREQUENCY_STEP)
+        for time, value in bends(instants, share, FREQUENCY_STEP)
     ]
     about = {"editor": "tactogram", "author": "", "source": "", "project": "", "tags": []}
     return {
@@ -102,11 +102,11 @@ def decode(document: Node) -> DecodedDocument:
         notes.warn(rule, f"{tones[-1][0]:g} s", "unused outside")
     notes.check()
     times, strengths = np.array(points).T
-    at, shares = np.array(tones or [(0.0, 0.5)]).T
-    part = Part.of(times, strengths, at, SPAN.hz(shares))
-    given = "frequency" if tones else "nothing in the file: the middle of the device's span"
+    tone_times, shares = np.array(tones or [(0.0, 0.5)]).T
+    part = Part.of(times, strengths, tone_times, SPAN.hz(shares))
+    source = "frequency" if tones else "nothing in the file: the middle of the device's span"
     text = document.node("metadata", optional=True).text("description")
-    return DecodedDocument(Events.of([part], taps, part.end, SPAN), text, given)
+    return DecodedDocument(Events.of([part], taps, part.end, SPAN), text, source)
 
 
 FORMAT = HapticFormat(

@@ -61,15 +61,15 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1, in one channel."""
     waves = [_effect(_ticks(part.start), _wave_keyframes(part)) for part in events.parts]
     taps = [
-        _effect(_ticks(one.time), [_keyframe(0, amplitude=one.amplitude, frequency=one.frequency)])
-        for one in events.transients
+        _effect(_ticks(tap.time), [_keyframe(0, amplitude=tap.amplitude, frequency=tap.frequency)])
+        for tap in events.transients
     ]
     bands = [
         _band(effects, HIGHEST_HZ, band_type=kind)
         for kind, effects in (("VectorialWave", waves), ("Transient", taps))
         if effects
     ]
-    seconds = max([events.seconds, *(one.time + TRANSIENT_S for one in events.transients[-1:])])
+    seconds = max([events.seconds, *(tap.time + TRANSIENT_S for tap in events.transients[-1:])])
     channel = _channel(0, "x", bands, TICKS, max(1, _ticks(seconds)))
     return _document([channel], header, TICKS, "events over time", "Vibrotactile")
 
@@ -133,7 +133,7 @@ def _keyframes(samples: NDArray[np.float32], steps: int) -> list[dict[str, float
     x = np.append(x, x[-1])
     bent = np.abs(np.diff(x, 2)) > 0.5 * 10.0**-DIGITS if len(x) > 2 else np.zeros(0, bool)
     places = np.flatnonzero(np.concatenate([[True], bent, [True]]))
-    return [_keyframe(steps * place, amplitude=float(x[place])) for place in places.tolist()]
+    return [_keyframe(steps * index, amplitude=float(x[index])) for index in places.tolist()]
 
 
 def _wave_keyframes(part: Part) -> list[dict[str, float]]:
@@ -146,9 +146,9 @@ def _wave_keyframes(part: Part) -> list[dict[str, float]]:
 
 
 def _keyframe(
-    place: int, *, amplitude: float | None = None, frequency: float | None = None
+    position: int, *, amplitude: float | None = None, frequency: float | None = None
 ) -> dict[str, float]:
-    frame: dict[str, float] = {"relative_position": place}
+    frame: dict[str, float] = {"relative_position": position}
     if amplitude is not None:
         frame["amplitude_modulation"] = round(amplitude, DIGITS)
     if frequency is not None:

@@ -73,12 +73,12 @@ def decode(document: Node) -> DecodedDocument:
     """
     notes, project = document.notes, document.node("project")
     layouts = project.node("layout", optional=True).node("layouts", optional=True)
-    known = {name: {one.value.get("index") for one in layouts.nodes(name)} for name in layouts.value}
+    known = {name: {node.value.get("index") for node in layouts.nodes(name)} for name in layouts.value}
     parts: list[Part] = []
     taps: dict[float, float] = {}
     seconds = 0.0
     tracks = (track for track in project.nodes("tracks") if track.value.get("enable", True))
-    for effect in (one for track in tracks for one in track.nodes("effects")):
+    for effect in (entry for track in tracks for entry in track.nodes("effects")):
         start, length = effect.number("startTime", None, 0.0), effect.number("offsetTime", None, 0.0)
         seconds, modes = max(seconds, (start + length) / 1e3), effect.node("modes")
         for position in modes.value:
@@ -88,13 +88,13 @@ def decode(document: Node) -> DecodedDocument:
             dotted = mode.text("mode") != "PATH_MODE"
             lines = _lines(mode, dotted, known.get(position), length)
             for times, values in lines:
-                near = [one for one, _ in lines if times[0] - 1 <= one[-1] and one[0] <= times[-1] + 1]
+                near = [dot for dot, _ in lines if times[0] - 1 <= dot[-1] and dot[0] <= times[-1] + 1]
                 inside = np.clip(times, 0, length)
-                at = (start + inside) / 1e3
+                times_s = (start + inside) / 1e3
                 if dotted and len(near) == 1 and times[-1] - times[0] <= FRAME_MS and np.ptp(values) == 0:
-                    taps[at[0]] = max(taps.get(at[0], 0.0), float(values[0]))
+                    taps[times_s[0]] = max(taps.get(times_s[0], 0.0), float(values[0]))
                 elif inside[-1] > inside[0]:
-                    parts.append(Part.of(at, np.interp(inside, times, values), 0.0, MOTOR_HZ))
+                    parts.append(Part.of(times_s, np.interp(inside, times, values), 0.0, MOTOR_HZ))
     if seconds < 1e-3:
         notes.problems.append("the pattern holds no effect of 1 ms or more")
     notes.check()

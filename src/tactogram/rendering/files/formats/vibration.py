@@ -44,7 +44,7 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     if events.peak == 0:
         raise ParameterError("the signal is silent: a vibration pattern cannot be empty")
     shortest = math.ceil(header.shortest_ms or open_display(MOTOR).shortest_ms or 1)
-    taps = [span_ms(one, shortest, shortest) for one in events.transients]
+    taps = [span_ms(tap, shortest, shortest) for tap in events.transients]
     whole = events.joined
     strength = whole.at(np.arange(0.5, max([length, shortest, *(end for _, end in taps)])) / 1e3)
     on = (strength >= SHARE * whole.peak) & (strength > 0)
