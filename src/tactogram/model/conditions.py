@@ -90,7 +90,7 @@ class ConditionType:
         if self.unit and not (isinstance(value, int | float | np.number) and math.isfinite(value)):
             raise ParameterError.must(self.name, f"be a finite number, {self.unit}", value)
         if self.types and not isinstance(value, self.types):
-            names = " or ".join(one.__name__ for one in self.types)
+            names = " or ".join(kind.__name__ for kind in self.types)
             raise ParameterError.must(self.name, f"be {names} ({self.help})", value)
 
 
@@ -219,18 +219,18 @@ def condition_types() -> Mapping[str, ConditionType]:
 def _conditions(variable: str, path: tuple[str, ...]) -> Mapping[str, ConditionType]:
     files = [file for folder in further_folders(VARIABLE) for file in module_files(folder, "condition")]
     further: list[str | Path] = [*entry_point_modules(ENTRY_POINTS), *files]
-    found = {one.name: one for one in BUILT_IN}
-    options = {option.name for one in BUILT_IN for option in one.options}
-    for place in further:
-        one = getattr(import_plugin(place), "CONDITION", None)
-        if not isinstance(one, ConditionType):
-            raise ParameterError(f"{place}: must define CONDITION, a ConditionType")
-        taken = {one.name} & set(found) or {option.name for option in one.options} & options
+    known = {built_in.name: built_in for built_in in BUILT_IN}
+    options = {option.name for built_in in BUILT_IN for option in built_in.options}
+    for plugin in further:
+        kind = getattr(import_plugin(plugin), "CONDITION", None)
+        if not isinstance(kind, ConditionType):
+            raise ParameterError(f"{plugin}: must define CONDITION, a ConditionType")
+        taken = {kind.name} & set(known) or {option.name for option in kind.options} & options
         if taken:
-            raise ParameterError(f"{place}: rename {min(taken)!r}, which is another condition's")
-        found[one.name] = one
-        options |= {option.name for option in one.options}
-    return found
+            raise ParameterError(f"{plugin}: rename {min(taken)!r}, which is another condition's")
+        known[kind.name] = kind
+        options |= {option.name for option in kind.options}
+    return known
 
 
 def check_values(condition: Condition) -> None:
@@ -243,15 +243,15 @@ def check_values(condition: Condition) -> None:
 
 def check_options(values: Mapping[str, Any]) -> None:
     """Refuse values of two options of one condition; a `ParameterError` names them."""
-    for one in condition_types().values():
-        stated = [option.name for option in one.options if values.get(option.name) is not None]
+    for kind in condition_types().values():
+        stated = [option.name for option in kind.options if values.get(option.name) is not None]
         if len(stated) > 1:
             raise ParameterError(f"must have {' or '.join(stated)}, got both")
 
 
 def condition_options() -> dict[str, tuple[ConditionType, ConditionOption]]:
     """Return every option with its condition, by the option's name."""
-    return {option.name: (one, option) for one in condition_types().values() for option in one.options}
+    return {option.name: (kind, option) for kind in condition_types().values() for option in kind.options}
 
 
 Condition = Mapping[str, Any]
@@ -310,12 +310,12 @@ def material_weights(condition: Condition, materials: Sequence[str]) -> NDArray[
     ParameterError
         For an unknown material, a weight that is negative or not finite, or weights that are all 0.
     """
-    given = condition.get("material")
-    if given is None:
+    mix = condition.get("material")
+    if mix is None:
         raise ParameterError(f"condition 'material' is needed: {condition_types()['material'].help}")
-    given = {given: 1.0} if isinstance(given, str) else dict(given)
+    mix = {mix: 1.0} if isinstance(mix, str) else dict(mix)
     weights = np.zeros(len(materials))
-    for name, weight in given.items():
+    for name, weight in mix.items():
         if name not in materials:
             raise ParameterError.must(
                 "material", f"be {some_of(materials, like=name)}", name, choices=materials

@@ -32,9 +32,9 @@ class ItemRatings:
     @property
     def means(self) -> NDArray[np.float64]:
         """Mean over the raters who gave a score, 0 to 1, shape (word,); NaN if none did."""
-        given = ~np.isnan(self.scores)
+        scored = ~np.isnan(self.scores)
         with np.errstate(invalid="ignore"):
-            means: NDArray[np.float64] = np.where(given, self.scores, 0).sum(0) / given.sum(0)
+            means: NDArray[np.float64] = np.where(scored, self.scores, 0).sum(0) / scored.sum(0)
         return means
 
 

@@ -106,17 +106,17 @@ class SignalKind:
         ParameterError
             If an example is of another kind or material, or a material has none.
         """
-        found: dict[str, list[Example]] = {name: [] for name in self.materials}
+        groups: dict[str, list[Example]] = {name: [] for name in self.materials}
         for example in examples:
-            if example.material not in found:
+            if example.material not in groups:
                 raise ParameterError(
                     f"recording {example.id}: material must be one of {', '.join(self.materials)}, "
                     f"got {example.material!r}"
                 )
             self.check(example.signal)
-            found[example.material].append(example)
+            groups[example.material].append(example)
         self.check_all_present(examples)
-        return found
+        return groups
 
 
 @dataclass(frozen=True)
@@ -187,47 +187,47 @@ class Limit(NamedTuple):
     def __str__(self) -> str:
         name = self.name.removeprefix("vibration_")
         what, unit = _QUANTITIES.get(name, (name, ""))
-        given = f"{what} {self.given:.4g}{unit}" + " of the given recording" * (name != self.name)
+        text = f"{what} {self.given:.4g}{unit}" + " of the given recording" * (name != self.name)
         if self.share is not None:
             towards = "up" if self.given > self.used else "down"
-            given = f"a {what} of {towards} to {self.given:.4g}{unit}, for {100 * self.share:.3g} % of the motion,"
+            text = f"a {what} of {towards} to {self.given:.4g}{unit}, for {100 * self.share:.3g} % of the motion,"
         learned = f"{'recorded' if unit else 'rated'} {self.of}".strip()
-        return f"{given} is outside of what was {learned}: it counts as {self.used:.4g}{unit}"
+        return f"{text} is outside of what was {learned}: it counts as {self.used:.4g}{unit}"
 
 
 def limits_within(
     condition: Condition, ranges: Mapping[str, tuple[float, float]], of: str = ""
 ) -> list[Limit]:
     """Return the speeds and forces of a condition, its motion and its vibration that are outside of ``ranges``."""
-    motion, found = condition.get("motion"), []
+    motion, limits = condition.get("motion"), []
     for name, ends in ranges.items():
-        values = [(given, condition.get(given)) for given in (name, f"vibration_{name}")]
+        values = [(key, condition.get(key)) for key in (name, f"vibration_{name}")]
         if motion is not None:
             times = np.linspace(0, motion.seconds, 2 + int(motion.seconds / MOMENT_S))
             gain, moved = motion.at("gain", times), motion.at(name, times)
             values.append((name, moved if gain is None or moved is None else moved[gain > 0]))
-        found += [limit for given, x in values if x is not None for limit in limits_of(given, x, ends, of)]
-    return found
+        limits += [limit for key, x in values if x is not None for limit in limits_of(key, x, ends, of)]
+    return limits
 
 
 def limits_of(name: str, values: ArrayLike, ends: tuple[float, float], of: str = "") -> list[Limit]:
     """Return the limits of a number, or of those of a motion, shape (time,), below and above ``ends``."""
-    x, found = np.asarray(values, np.float64), []
+    x, limits = np.asarray(values, np.float64), []
     for end, sign in zip(ends, (-1, 1), strict=True):
         outside = sign * (x - end) > UNSAID * abs(end) + NOTHING
         if outside.any():
             farthest = float(sign * np.max(sign * x))
-            found.append(Limit(name, farthest, float(end), of, float(outside.mean()) if x.ndim else None))
-    return found
+            limits.append(Limit(name, farthest, float(end), of, float(outside.mean()) if x.ndim else None))
+    return limits
 
 
 def word_limits(words: Mapping[str, float], kind: Kind, rated: NDArray[np.floating]) -> list[Limit]:
     """Return the ``words`` outside of the scores of rated items, 0 to 1, shape (item, word), NaN if unknown."""
     low, high = kind.scale or (0.0, 1.0)
     of = "" if (low, high) == (1, 7) else f"on the ratings' scale from {low:g} to {high:g}"
-    found = []
+    limits = []
     for word, scores in zip(kind.words, low + (high - low) * rated.T, strict=True):
         known = scores[np.isfinite(scores)]
         if low <= words.get(word, np.nan) <= high and known.size:  # a score off the scale is an error
-            found += limits_of(word, words[word], (known.min(), known.max()), of)
-    return found
+            limits += limits_of(word, words[word], (known.min(), known.max()), of)
+    return limits

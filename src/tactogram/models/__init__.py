@@ -187,16 +187,16 @@ def available(folders: Iterable[Path | str] = ()) -> dict[str, ModelInfo]:
 
     Raises `ParameterError` if a ``model.toml`` is invalid, a folder contains no model, or two models have one name.
     """
-    found: dict[str, ModelInfo] = {}
+    models: dict[str, ModelInfo] = {}
     for folder, package in _places(folders):
-        if folder.name in found:
-            if found[folder.name].folder.resolve() == folder.resolve():
+        if folder.name in models:
+            if models[folder.name].folder.resolve() == folder.resolve():
                 continue
             raise ParameterError(
-                f"two models are called {folder.name!r}: {found[folder.name].folder}, {folder}"
+                f"two models are called {folder.name!r}: {models[folder.name].folder}, {folder}"
             )
-        found[folder.name] = _read(folder, package)
-    return dict(sorted(found.items()))
+        models[folder.name] = _read(folder, package)
+    return dict(sorted(models.items()))
 
 
 def find(name: str, folders: Iterable[Path | str] = ()) -> ModelInfo:

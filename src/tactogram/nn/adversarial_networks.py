@@ -146,8 +146,8 @@ class AdversarialPair(AdversarialNetworks, Saved):
         total = 0.0
         for begin in range(0, count, 32):
             batch = pairs.batch(places[begin : begin + 32])
-            made = make(batch.photo).float().cpu()
-            total += self.distance(made, batch.picture).item() * len(made)
+            generated = make(batch.photo).float().cpu()
+            total += self.distance(generated, batch.picture).item() * len(generated)
         return total / count
 
     def choose(self, make: Callable[[Tensor], Tensor], pairs: WeakPairs | None) -> dict[str, float]:

@@ -42,15 +42,15 @@ class Labels:
 
     def fit(self, examples: Sequence[Example]) -> None:
         """Measure the numeric conditions of the training part."""
-        found: dict[str, ConditionRange] = {}
+        ranges: dict[str, ConditionRange] = {}
         for name in NUMBERS:
             values = [example.condition.get(name) for example in examples]
             if all(value is not None for value in values):
                 x = np.array(values, np.float64)
-                found[name] = ConditionRange(
+                ranges[name] = ConditionRange(
                     float(np.median(x)), float(x.std()), float(x.min()), float(x.max())
                 )
-        self.ranges = found
+        self.ranges = ranges
 
     def label(self, weights: NDArray[np.float64], condition: Condition) -> Tensor:
         """Return the label, float32, shape (C,); ``weights``, shape (material,), are not scaled."""

@@ -84,12 +84,12 @@ class MultiScaleDiscriminator(nn.Module):
 
     def forward(self, x: Tensor) -> list[list[Tensor]]:
         """Return the output of each `PatchDiscriminator`, finest resolution first."""
-        found: list[list[Tensor]] = []
+        outputs: list[list[Tensor]] = []
         for discriminator in self.discriminators:
-            if found:  # as in pix2pixHD: padding does not count in the mean
+            if outputs:  # as in pix2pixHD: padding does not count in the mean
                 x = F.avg_pool2d(x, 3, stride=2, padding=1, count_include_pad=False)  # B, C, R/2, C/2
-            found.append(discriminator(x))
-        return found
+            outputs.append(discriminator(x))
+        return outputs
 
 
 def scores(outputs: Sequence[Sequence[Tensor]]) -> list[Tensor]:

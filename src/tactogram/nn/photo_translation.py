@@ -222,9 +222,9 @@ class PhotoTranslation(Saved):
         picture = self.picture
 
         def piece(number: int) -> Signal:
-            made = make(self.photo(condition, number, seed=seed)).float().cpu()
+            generated = make(self.photo(condition, number, seed=seed)).float().cpu()
             phase = int(rng_of(seed, "phase", number).integers(2**63))
-            return self.kind.signal(self.inverted(made[0], seed=phase).numpy())
+            return self.kind.signal(self.inverted(generated[0], seed=phase).numpy())
 
         length = seconds if seconds is not None else self.seconds or picture.length / self.kind.rate
         overlap = round(self.config.overlap * picture.length) / self.kind.rate
@@ -244,9 +244,9 @@ def photos_of(pairs: WeakPairs, crops: NDArray[np.int64]) -> tuple[Tensor, Tenso
 
     A label is the place of the material in ``pairs.materials``, -1 for a material not among them; int64, (crop,).
     """
-    place = {name: number for number, name in enumerate(pairs.materials)}
+    number_of = {name: number for number, name in enumerate(pairs.materials)}
     sources = (pairs.photo_sources[crop // pairs.crops.per_photo] for crop in crops)
-    labels = torch.tensor([place.get(source.material, -1) for source in sources])
+    labels = torch.tensor([number_of.get(source.material, -1) for source in sources])
     return to_network(np.stack([pairs.photo_crop(int(crop)) for crop in crops])), labels
 
 

@@ -52,25 +52,25 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         raise RunError(f"{path}: not a readable checkpoint: {error}") from error
 
 
-def _take_apart(value: Any, place: str, tensors: dict[str, Tensor]) -> Any:
+def _take_apart(value: Any, path: str, tensors: dict[str, Tensor]) -> Any:
     if isinstance(value, np.ndarray):
         value = torch.from_numpy(np.array(value))
     if isinstance(value, Tensor):
-        tensors[place] = value.detach().cpu().clone().contiguous()
-        return {"$tensor": place}
+        tensors[path] = value.detach().cpu().clone().contiguous()
+        return {"$tensor": path}
     if isinstance(value, Mapping):
         items = [
-            [key, _take_apart(inner, f"{place}.{key}" if place else str(key), tensors)]
+            [key, _take_apart(inner, f"{path}.{key}" if path else str(key), tensors)]
             for key, inner in value.items()
         ]
         return {"$dict": items}
     if isinstance(value, list | tuple):
-        return [_take_apart(inner, f"{place}.{number}", tensors) for number, inner in enumerate(value)]
+        return [_take_apart(inner, f"{path}.{number}", tensors) for number, inner in enumerate(value)]
     if isinstance(value, np.generic):
         return value.item()
     if value is None or isinstance(value, str | int | float | bool):
         return value
-    raise RunError(f"state at {place} must be a tensor or a JSON value, got {type(value).__name__}")
+    raise RunError(f"state at {path} must be a tensor or a JSON value, got {type(value).__name__}")
 
 
 def _put_together(value: Any, tensors: Mapping[str, Tensor]) -> Any:

@@ -73,7 +73,7 @@ class LabelledImages:
         orders = {
             turn: child_rng(seed, "order", int(turn)).permutation(count) for turn in set(places // count)
         }
-        chosen = np.array([orders[place // count][place % count] for place in places])
+        chosen = np.array([orders[position // count][position % count] for position in places])
         return as_floats(self.pixels[chosen]), self.labels[chosen]
 
 
@@ -113,10 +113,10 @@ class RatedImageLearner(Model):
 
     def compared(self, examples: Sequence[ImageExample], images: LabelledImages) -> NDArray[np.float32]:
         """Store the labels of training images, and return some of them, whose distances are `real_spread`."""
-        place = {item: number for number, item in enumerate(self.kind.items)}
+        index_of = {item: number for number, item in enumerate(self.kind.items)}
         for example, label in zip(examples, images.labels, strict=True):
-            if example.item in place:
-                self.means[place[example.item]] = label
+            if example.item in index_of:
+                self.means[index_of[example.item]] = label
         count = len(images.pixels)
         return as_floats(images.pixels[np.linspace(0, count - 1, min(count, EVALUATED)).round().astype(int)])
 
@@ -134,8 +134,8 @@ class RatedImageLearner(Model):
             raise ParameterError.must("seconds", f"be omitted, an image has no length; got {seconds:g}")
         scores = unit_scores(condition.get("words") or {}, self.kind, partial=self.partial)
         noise = child_rng(seed, "noise").standard_normal((1, self.noise_size)).astype(np.float32)
-        made = self.make(noise, scores[None].astype(np.float32))
-        return Image(as_pixels(made[0]).transpose(1, 2, 0))
+        generated = self.make(noise, scores[None].astype(np.float32))
+        return Image(as_pixels(generated[0]).transpose(1, 2, 0))
 
 
 def as_floats(pixels: Pixels) -> NDArray[np.float32]:

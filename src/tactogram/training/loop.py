@@ -52,11 +52,11 @@ def fit(
     on_step : function
         Called after each step with the new position, the stage and its losses, e.g. to log and save.
     """
-    for place, stage in enumerate(learner.stages(examples)):
-        if place < start.stage:
+    for stage_index, stage in enumerate(learner.stages(examples)):
+        if stage_index < start.stage:
             continue
-        done = start.step if place == start.stage else 0
-        on_stage(TrainingPosition(place, done), stage)
+        done = start.step if stage_index == start.stage else 0
+        on_stage(TrainingPosition(stage_index, done), stage)
         batches = learner.batches(
             stage, examples, seed=child_seed(seed, "batches", stage.name, 0), start=done
         )
@@ -69,7 +69,7 @@ def fit(
                 raise RunError(
                     f"training diverged at step {step} of {stage.name}: {shown}; lower the learning rate"
                 )
-            on_step(TrainingPosition(place, step), stage, losses)
+            on_step(TrainingPosition(stage_index, step), stage, losses)
 
 
 def mean_over_processes(losses: dict[str, float], fabric: Any) -> dict[str, float]:

@@ -256,8 +256,8 @@ class PictureLearner(Model, Generic[ConfigT]):
 
     @torch.inference_mode()
     def _generated(self, *inputs: Tensor) -> Tensor:
-        made: Tensor = self.gan.bare_generator.eval()(*(part.to(self.gan.device) for part in inputs))
-        return made
+        picture: Tensor = self.gan.bare_generator.eval()(*(part.to(self.gan.device) for part in inputs))
+        return picture
 
     def probabilities_of(self, image: Image) -> Tensor:
         """Return the predicted probabilities of a photograph's labels, shape (class,), the mean over `VIEWS` crops.
@@ -272,5 +272,5 @@ class PictureLearner(Model, Generic[ConfigT]):
     def _classified(self, image: Image) -> tuple[str, float]:
         """Return the predicted material of a photograph and its probability; errors of `probabilities_of`."""
         probabilities = self.probabilities_of(image)
-        place = int(probabilities.argmax())
-        return self.materials[place], probabilities[place].item()
+        index = int(probabilities.argmax())
+        return self.materials[index], probabilities[index].item()

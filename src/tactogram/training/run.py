@@ -84,12 +84,12 @@ class Run:
         if (self.folder / "recipe.toml").is_file():
             return
         if (self.folder / "dataset.json").is_file():
-            found = (
+            reason = (
                 f"it is a store; train a model on it: tactogram train MODEL --data {self.folder} --out RUN"
             )
         else:
-            found = f"expected a folder that `tactogram train` made{self._absence}"
-        raise RunError(f"{self.folder}: not a run: {found}")
+            reason = f"expected a folder that `tactogram train` made{self._absence}"
+        raise RunError(f"{self.folder}: not a run: {reason}")
 
     @property
     def _absence(self) -> str:
@@ -150,13 +150,13 @@ class Run:
             return []
         try:
             lines = read_text(path).split("\n")[:-1]
-            found = [parse_json(line, f"{path}: line {number}") for number, line in enumerate(lines, 1)]
+            rows = [parse_json(line, f"{path}: line {number}") for number, line in enumerate(lines, 1)]
         except DataError as error:
             raise RunError(f"{error}; delete the line, or the run") from error
-        for number, line in enumerate(found, 1):
+        for number, line in enumerate(rows, 1):
             if not isinstance(line, dict) or not {"stage", "step"} <= line.keys():
                 raise RunError(f"{path}: line {number} must have stage and step; delete the line, or the run")
-        return found
+        return rows
 
     def finish(self, learner: Model, kind: Kind, facts: Mapping[str, Any]) -> None:
         """Write the weights, their facts, and the curves as a table; then delete the checkpoint."""

@@ -92,8 +92,8 @@ class TextureLearner(Model, Generic[M]):
                 known = {n: value for n in NAMES if (value := example.condition.get(n)) is not None}
                 model = self._model({"material": example.material, **known}, lenient=True)
                 scores.append(self.nll(model, example.signal))
-        found = [score for score in scores if score is not None]
-        return {"nll": float(np.mean(found))} if found else {}
+        measured = [score for score in scores if score is not None]
+        return {"nll": float(np.mean(measured))} if measured else {}
 
     def state(self) -> dict[str, Any]:
         """Return the models with their conditions, by material."""
@@ -125,13 +125,13 @@ class TextureLearner(Model, Generic[M]):
     def limits(self, condition: Condition) -> list[Limit]:
         """Return the speed and force of ``condition`` that count as others for a material, the nearest recorded."""
         weights = material_weights(condition, self.materials)
-        found: list[Limit] = []
-        for place in np.flatnonzero(weights).tolist():
-            points = self.maps[place]
+        limits: list[Limit] = []
+        for index in np.flatnonzero(weights).tolist():
+            points = self.maps[index]
             used = points.weights(*map(condition.get, NAMES)) @ points.conditions
             ranges = {name: (value, value) for name, value in zip(NAMES, used, strict=True)}
-            found += limits_within(condition, ranges, f"of {self.materials[place]}")
-        return found
+            limits += limits_within(condition, ranges, f"of {self.materials[index]}")
+        return limits
 
     def model(self, condition: Condition) -> M:
         """Return the process behind `generate`."""

@@ -171,20 +171,20 @@ class WaveGANLearner(AdversarialNetworks, Model, Generic[ConfigT]):
     def update_discriminator(self, real: Tensor, label: Tensor) -> dict[str, Tensor]:
         """Gulrajani et al. 2017, Algorithm 1, lines 4 to 9."""
         with torch.no_grad():
-            made = self.make(label)
-        scores = self.discriminator(torch.cat((real, made)), label.repeat(2, 1)).float()
+            generated = self.make(label)
+        scores = self.discriminator(torch.cat((real, generated)), label.repeat(2, 1)).float()
         wasserstein = scores[: len(real)].mean() - scores[len(real) :].mean()
         with self.autocast():  # Fabric's wrapper allows no gradient but by its own backward
             critic = bare(self.discriminator)
-            penalty = gradient_penalty(lambda x: critic(x, label).float(), real, made)
+            penalty = gradient_penalty(lambda x: critic(x, label).float(), real, generated)
         self.descend(1, self.config.penalty * penalty - wasserstein)
         return {"wasserstein": wasserstein, "penalty": penalty}
 
     def make(self, label: Tensor) -> Tensor:
         """Return a signal per row of ``label``, with latents and noise from torch's own generator."""
         latent = torch.rand(len(label), self.config.latents) * 2 - 1
-        made: Tensor = self.generator(latent.to(self.device), label, *self.noise(len(label)))
-        return made.float()
+        signals: Tensor = self.generator(latent.to(self.device), label, *self.noise(len(label)))
+        return signals.float()
 
     @torch.no_grad()
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
@@ -198,8 +198,8 @@ class WaveGANLearner(AdversarialNetworks, Model, Generic[ConfigT]):
         x, label = (torch.from_numpy(part).to(self.device) for part in crops)
         with torch_seeded(0, "validate"):
             real = bare(self.discriminator)(x, label).mean()
-            made = bare(self.discriminator)(self.make(label), label).mean()
-        return {"wasserstein_unseen": (real - made).item()}
+            fake = bare(self.discriminator)(self.make(label), label).mean()
+        return {"wasserstein_unseen": (real - fake).item()}
 
     def crossfaded(
         self, label: Tensor, length: int, *, seed: int, given: Mapping[int, Tensor] = NO_LATENTS
@@ -215,8 +215,8 @@ class WaveGANLearner(AdversarialNetworks, Model, Generic[ConfigT]):
             latents = uniform_latents(first, count, self.config.latents, given=given, rng=rng)
             labels = label.expand(count, -1).to(self.device)
             noise = self.noise(count, (seed, first))
-            made = self.generating_network(latents.to(self.device), labels, *noise)
-            result: NDArray[np.float32] = made.float().cpu().numpy()
+            generated = self.generating_network(latents.to(self.device), labels, *noise)
+            result: NDArray[np.float32] = generated.float().cpu().numpy()
             return result
 
         return crossfaded_pieces(pieces, self.kind, length=length, overlap=self.config.overlap_samples)

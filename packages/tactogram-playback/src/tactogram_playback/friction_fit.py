@@ -51,7 +51,7 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
     names file and line.
     """
     path = Path(path)
-    found: dict[str, list[tuple[float, float, float]]] = {}
+    by_person: dict[str, list[tuple[float, float, float]]] = {}
     for number, row in read_table(path, needed=COLUMNS):
         if unknown := [name for name in row if name not in (*COLUMNS, *OPTIONAL)]:
             raise DataError(path, f"unknown column {unknown[0]!r}; known: {', '.join((*COLUMNS, *OPTIONAL))}")
@@ -59,10 +59,10 @@ def read_pairs(path: Path | str, *, normal_force_n: float | None = None) -> list
             remedy = Remedy("add it"), Remedy("give the force as", "normal_force_n")
             raise DataError(path, "has no column normal_force_n", remedy=remedy)
         person = (row.get("person") or "all").strip()
-        found.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
-    if not found:
+        by_person.setdefault(person, []).append(_numbers(row, normal_force_n, f"{path}, line {number}"))
+    if not by_person:
         raise DataError(path, "no measurements")
-    return [FrictionMeasurements(person, *np.array(rows).T) for person, rows in found.items()]
+    return [FrictionMeasurements(person, *np.array(rows).T) for person, rows in by_person.items()]
 
 
 def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> FrictionCalibration:
@@ -117,7 +117,7 @@ def calibrated(pairs: FrictionMeasurements, *, confidence: float = 0.95) -> Fric
 def write_calibrations(path: Path | str, calibrations: Sequence[FrictionCalibration]) -> Path:
     """Write calibrations as TOML, one ``[[calibration]]`` each, atomically."""
     path = Path(path)
-    rows = [one.model_dump(mode="json", exclude_none=True) for one in calibrations]
+    rows = [calibration.model_dump(mode="json", exclude_none=True) for calibration in calibrations]
     write_text(path, tomli_w.dumps({"calibration": rows}))
     return path
 
@@ -160,9 +160,9 @@ def _exponent(
 
     start, bounds = (mu_0, slope * top**2, 2.0), ([-np.inf, 0, 0.1], [np.inf, np.inf, 8])
     try:
-        found, covariance = scipy.optimize.curve_fit(law, v, mu, p0=start, bounds=bounds)
+        fitted, covariance = scipy.optimize.curve_fit(law, v, mu, p0=start, bounds=bounds)
     except (RuntimeError, ValueError):
         return None, None
-    n = float(found[2])
+    n = float(fitted[2])
     half = float(scipy.stats.t.ppf((1 + confidence) / 2, len(v) - 3)) * math.sqrt(float(covariance[2, 2]))
     return (n, (n - half, n + half)) if math.isfinite(half) else (None, None)

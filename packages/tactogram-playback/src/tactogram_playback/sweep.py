@@ -63,8 +63,8 @@ def exponential_sweep(
     t = np.arange(count) / display.rate
     sweep = scipy.signal.chirp(t, low, seconds, high, method="logarithmic", phi=-90)
     fade = min(count // 8, round(2 * display.rate / low))
-    one = np.pad(level * display.limit * sweep * fade_window(count, fade), round(silence_s * display.rate))
-    samples = np.repeat(one[None, :], len(display.channels), axis=0).astype(np.float32)
+    signal = np.pad(level * display.limit * sweep * fade_window(count, fade), round(silence_s * display.rate))
+    samples = np.repeat(signal[None, :], len(display.channels), axis=0).astype(np.float32)
     return Signal(samples, display.rate, display.unit, display.channels)
 
 
@@ -128,15 +128,15 @@ def _impulse_response(
     frequency = fft.rfftfreq(size, 1 / rate)
     power = np.abs(played) ** 2
     impulse = fft.irfft(recorded * np.conj(played) / (power + LEAST_POWER * power.max()), size)
-    place = _first_arrival(recorded * np.conj(played), frequency, band, size)
+    arrival = _first_arrival(recorded * np.conj(played), frequency, band, size)
     lead = round(LEAD_S * rate)
     ringing = round(RINGING_S * rate)
-    around = np.take(impulse, np.arange(place - lead, place + ringing), mode="wrap")
+    around = np.take(impulse, np.arange(arrival - lead, arrival + ringing), mode="wrap")
     ending, hann = ringing - ringing // 2, scipy.signal.windows.hann
     window = np.concatenate([hann(2 * lead)[:lead], np.ones(ringing // 2), hann(2 * ending)[ending:]])
     h = around * window
-    delay = (place if place < size / 2 else place - size) / rate
-    return h, lead, _coherence(x, y, h, place - lead, rate, size), delay
+    delay = (arrival if arrival < size / 2 else arrival - size) / rate
+    return h, lead, _coherence(x, y, h, arrival - lead, rate, size), delay
 
 
 def _first_arrival(

@@ -63,9 +63,9 @@ def fabric(surface: Surface, task: RecordingTask) -> Recording:
     # As measured by a force plate under the fabric: the slopes that the finger climbs pull like friction.
     ratio = felt.friction_n / np.maximum(felt.force_n, 0.1 * felt.force_n.mean()) + _slope(cut, start, felt)
     over_time = Signal(np.maximum(ratio, 0), moved.rate, "1", ("along",))
-    place = resample(Signal(felt.place_m.astype(np.float32), moved.rate, "m", ("along",)), 200.0)
+    position = resample(Signal(felt.place_m.astype(np.float32), moved.rate, "m", ("along",)), 200.0)
     # The finger's position, not the hand's: skin deforms before it slides.
-    speed = place.with_samples(np.gradient(place.samples[0].astype(float)) * place.rate, unit="m/s")
+    speed = position.with_samples(np.gradient(position.samples[0].astype(float)) * position.rate, unit="m/s")
     per_mm = task.rate / speed_mm_s
     travelled = over_displacement(over_time, speed, rate=per_mm, standstill=0.05)
     first = round((LEAD_MM - 1e3 * float(felt.place_m[_first_moving(speed, moved.rate)])) * per_mm)
@@ -109,20 +109,20 @@ def _guided(rng: np.random.Generator, speed_mm_s: float, length_mm: float, force
     return replace(moved, sideways_mm=np.zeros_like(moved.sideways_mm))
 
 
-def _slope(surface: Surface, start_mm: tuple[float, float], felt: ContactSignals) -> NDArray[np.float64]:
+def _slope(surface: Surface, start_mm: tuple[float, float], touch: ContactSignals) -> NDArray[np.float64]:
     """Return the slope of the heights under the finger, float64, shape (time,)."""
     ky, kx = frequencies()
     passed = rfft2(height_field(surface)) * transmission(FINGER, np.hypot(ky, kx))
     row = inverse(passed * 2j * np.pi * kx)[round(start_mm[1] / MM_PER_PIXEL) % SIZE]
     given_way = surface.stiffness_n_m / (surface.stiffness_n_m + FINGER.stiffness_n_m)
-    place = start_mm[0] + 1e3 * felt.place_m
-    at = np.arange(SIZE) * MM_PER_PIXEL
-    return np.asarray(given_way * np.interp(place, at, row, period=PATCH_MM))
+    position_mm = start_mm[0] + 1e3 * touch.place_m
+    grid_mm = np.arange(SIZE) * MM_PER_PIXEL
+    return np.asarray(given_way * np.interp(position_mm, grid_mm, row, period=PATCH_MM))
 
 
 def _first_moving(speed: Signal, rate: float) -> int:
     """Return the sample, at ``rate``, where `over_displacement` begins."""
     v = np.abs(speed.samples[0].astype(float))
     median = float(np.median(v[v > 0.01 * v.max()]))
-    at = np.interp(np.arange(round(len(v) * rate / speed.rate)) / rate, np.arange(len(v)) / speed.rate, v)
-    return int(np.argmax(at >= 0.05 * median))
+    speeds = np.interp(np.arange(round(len(v) * rate / speed.rate)) / rate, np.arange(len(v)) / speed.rate, v)
+    return int(np.argmax(speeds >= 0.05 * median))

@@ -175,5 +175,5 @@ def fine_heights(
     rms = np.fft.irfft(noise, _STEPS).std()
     under = np.maximum(np.sqrt(np.pi) * contactor.radius_mm * k, 1.0)
     heights = 1e-6 * plate.fine_um / rms * np.fft.irfft(noise / under, _STEPS)
-    at = np.arange(_STEPS) * _STEP_MM
-    return np.asarray(np.interp(1e3 * place_m, at, heights, period=_STEPS * _STEP_MM))
+    grid_mm = np.arange(_STEPS) * _STEP_MM
+    return np.asarray(np.interp(1e3 * place_m, grid_mm, heights, period=_STEPS * _STEP_MM))

@@ -51,8 +51,8 @@ def photographs(surface: Surface, count: int) -> Iterator[Image]:
     across = math.isqrt(count - 1) + 1
     side = SIDE // across
     whole = render(surface, rows=SIDE, columns=SIDE, pool=POOL)
-    for place in range(count):
-        top, left = (side * n for n in divmod(place, across))
+    for number in range(count):
+        top, left = (side * n for n in divmod(number, across))
         yield whole.cut(top, left, top + side, left + side)
 
 

@@ -96,11 +96,11 @@ def sense(
         a clock error is corrected by `tactogram.signal.timing.to_uniform`, as by a receiver.
     lost : int
     """
-    felt = acceleration.copy()
-    felt[2] += GRAVITY
+    with_gravity = acceleration.copy()
+    with_gravity[2] += GRAVITY
     clock = sensor.rate * (1 + sensor.clock * rng.standard_normal())
     # The resampler is the sensor's anti-aliasing filter: its pass band ends below half the rate.
-    turned = Signal(turn(felt, angles).astype(np.float32), rate, "m/s^2", AXES)
+    turned = Signal(turn(with_gravity, angles).astype(np.float32), rate, "m/s^2", AXES)
     x = resample(turned, clock).samples.astype(np.float64)
     n = x.shape[1]
     # The error of a late sample is slope times delay, which is small against the period.
@@ -170,22 +170,22 @@ def trace_plate(plate: Plate, task: RecordingTask) -> Recording:
         unsteadiness=UNSTEADINESS,
     )
     direction = float(1.5 * rng.standard_normal())
-    felt = feel(
+    touch = feel(
         plate.surface,
         SENSOR,
         moved,
         start_mm=(PATCH_MM * rng.random(), PATCH_MM * rng.random()),
         direction_deg=direction,
     )
-    shear = felt.friction_n + SENSOR.grip_mass_kg * felt.along
-    local = [_fine_force(plate, felt.place_m, fast, rng) for _ in range(len(GAUGES) + 1)]
+    shear = touch.friction_n + SENSOR.grip_mass_kg * touch.along
+    local = [_fine_force(plate, touch.place_m, fast, rng) for _ in range(len(GAUGES) + 1)]
     rows = []
     for layer_number, layer in enumerate(LAYERS):
         for side, sign in enumerate((1.0, -1.0)):
             gauge = 2 * layer_number + side
             fine = np.sqrt(1 - LOCAL**2) * local[0] + LOCAL * local[1 + gauge]
             gain = 1 + 0.05 * rng.standard_normal()
-            pressed = layer.normal_v_n * (1 + 0.1 * rng.standard_normal()) * (felt.force_n + fine)
+            pressed = layer.normal_v_n * (1 + 0.1 * rng.standard_normal()) * (touch.force_n + fine)
             bent = sign * layer.shear_v_n * (shear + fine)
             rows.append(gain * _through(layer, bent + pressed, fast))
     volts = resample(Signal(np.stack(rows).astype(np.float32), fast, "V", GAUGES), rate)

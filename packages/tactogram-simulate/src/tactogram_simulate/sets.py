@@ -184,18 +184,18 @@ def _tasks_of_any_speed(
     own_images: bool,
 ) -> list[RecordingTask]:
     """Return ``takes`` strokes of each surface at each of ``speeds``, or if there are none at any; at any force."""
-    contactors, found = SETS[set_name].contactors, []
+    contactors, strokes = SETS[set_name].contactors, []
     for surface in surfaces:
-        for place in range(takes * max(1, len(speeds))):
-            drawn, force = random_stroke(seed, surface, place)
-            speed = speeds[place // takes] if speeds else drawn
-            by = contactors[place % len(contactors)].name
-            found.append(
+        for index in range(takes * max(1, len(speeds))):
+            drawn, force = random_stroke(seed, surface, index)
+            speed = speeds[index // takes] if speeds else drawn
+            by = contactors[index % len(contactors)].name
+            strokes.append(
                 RecordingTask(
-                    set_name, seed, surface, by, speed, place + 1, seconds, rate, force, own_image=own_images
+                    set_name, seed, surface, by, speed, index + 1, seconds, rate, force, own_image=own_images
                 )
             )
-    return found
+    return strokes
 
 
 def surface_count(set_name: str, random: int | None = None) -> int:
@@ -263,7 +263,7 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
         force_n=force,
         back_and_forth=facts.back_and_forth,
     )
-    felt = feel(
+    touch = feel(
         surface,
         contactor,
         moved,
@@ -276,9 +276,9 @@ def _stroked(task: RecordingTask, facts: SimulatedSet) -> Recording:
         [slow_noise(rng, len(moved.path_mm), rate, 1.5) for _ in AXES]
     )
     sensor = replace(facts.sensor, rate=task.rate)
-    moved_by = responded(np.stack([felt.along, felt.across, felt.normal]), rate, contactor)
+    moved_by = responded(np.stack([touch.along, touch.across, touch.normal]), rate, contactor)
     acceleration, lost = sense(moved_by, rate, angles, sensor, rng)
-    streams = {"acceleration": acceleration} | _others(felt, moved, direction, sensor)
+    streams = {"acceleration": acceleration} | _others(touch, moved, direction, sensor)
     if facts.steady:
         streams = {name: _steady(signal, task.seconds) for name, signal in streams.items()}
     return Recording(
@@ -312,20 +312,20 @@ def _steady(signal: Signal, seconds: float) -> Signal:
     return signal.with_samples(signal.samples[:, begin : begin + round(seconds * signal.rate)])
 
 
-def _others(felt: ContactSignals, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:
+def _others(touch: ContactSignals, moved: Stroke, direction_deg: float, sensor: Sensor) -> dict[str, Signal]:
     rate = moved.rate
     slow = min(SLOW_RATE, sensor.rate)
     fast = slow if sensor.packet > 1 else sensor.rate
-    force = Signal(felt.force_n.astype(np.float32), rate, "N")
-    drag, load = (resample(s, fast).samples for s in (force.with_samples(felt.friction_n), force))
+    force = Signal(touch.force_n.astype(np.float32), rate, "N")
+    drag, load = (resample(s, fast).samples for s in (force.with_samples(touch.friction_n), force))
     angle = np.deg2rad(direction_deg)
-    along, across = felt.place_m, 1e-3 * moved.sideways_mm
+    along, across = touch.place_m, 1e-3 * moved.sideways_mm
     cos, sin = np.cos(angle), np.sin(angle)
-    place = [along * cos - across * sin, along * sin + across * cos]
+    position = [along * cos - across * sin, along * sin + across * cos]
     pressed = resample(force, slow)
     return {
         "force": pressed.with_samples(np.maximum(pressed.samples, 0)),
-        "position": resample(Signal(np.stack(place).astype(np.float32), rate, "m", ("x", "y")), slow),
+        "position": resample(Signal(np.stack(position).astype(np.float32), rate, "m", ("x", "y")), slow),
         # The ratio is undefined where the contactor hops: the divisor is at least a tenth of the mean force.
         "friction": Signal(drag / np.maximum(load, 0.1 * load.mean()), fast, "1", ("along",)),
     }

@@ -71,10 +71,10 @@ def stroke(
     wander = unsteadiness / (2 * np.pi * 1.0)
     # Time itself is warped, by at most `_AHEAD_S`: the speed varies without drift of the position.
     warped = t + np.clip(wander * slow_noise(rng, n, rate, 2.0), -_AHEAD_S, _AHEAD_S)
-    place = path(rng, seconds, speed_mm_s, unsteadiness)(warped)
+    position = path(rng, seconds, speed_mm_s, unsteadiness)(warped)
     sideways = 25 * unsteadiness * slow_noise(rng, n, rate, 0.5)
     force = force_n * np.exp(2 * unsteadiness * slow_noise(rng, n, rate, 3.0))
-    return Stroke(rate, place, sideways, force)
+    return Stroke(rate, position, sideways, force)
 
 
 def slow_noise(rng: np.random.Generator, n: int, rate: float, below_hz: float) -> NDArray[np.float64]:
@@ -114,11 +114,11 @@ def _there_and_back(
     fastest = speed * (1 + 3 * unsteadiness)
     turn = 2 * fastest / (1e3 * TURN_M_S2)
     reach = LENGTH_MM / 2 - turn * speed / 4
-    place = -reach
+    position = -reach
     while not times or times[-1] < seconds + _AHEAD_S:
         v = speed * (1 + unsteadiness * np.clip(rng.standard_normal(), -2, 2))
         end = side * reach + 40 * unsteadiness * np.clip(rng.standard_normal(), -2, 2)
-        times += [t, t + max(abs(end - place), 1.0) / v]
-        states += [[place, side * v, 0], [end, side * v, 0]]
-        t, place, side = times[-1] + turn, end, -side
+        times += [t, t + max(abs(end - position), 1.0) / v]
+        states += [[position, side * v, 0], [end, side * v, 0]]
+        t, position, side = times[-1] + turn, end, -side
     return scipy.interpolate.BPoly.from_derivatives(times, states)

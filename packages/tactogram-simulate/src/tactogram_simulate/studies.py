@@ -83,10 +83,10 @@ def study(
     people = draw_people(RATERS[set_name] if raters is None else raters, seed=seed)
     if set_name == "ultrasonic":
         shown = drives(signals or COUNT)
-        felt = score_plates(PLATES, people, seed=seed)
+        plate_ratings = score_plates(PLATES, people, seed=seed)
         played = score_vibrations({drive.name: drive.signal for drive in shown}, people, seed=seed)
         return SimulatedStudyData(
-            tuple(drive.recording(set_name) for drive in shown), (), join_ratings([felt, played])
+            tuple(drive.recording(set_name) for drive in shown), (), join_ratings([plate_ratings, played])
         )
     if set_name == RANDOM:
         surfaces = [random_surface(seed, number) for number in range(surface_count(set_name, random))]
@@ -95,10 +95,10 @@ def study(
     count = PER_FAMILY if per_class is None else per_class
     if count < 1:
         raise ParameterError.must("per_class", "be at least 1", count)
-    made = [tactile_image(family, number, seed=seed) for number in range(count) for family in FAMILIES]
+    drawn = [tactile_image(family, number, seed=seed) for number in range(count) for family in FAMILIES]
     # Shuffled, so that neither an item's name nor its set reveals its family.
-    order = np.random.default_rng([seed, len(made)]).permutation(len(made))
-    images = {f"image{place:03d}": made[number] for place, number in enumerate(order, start=1)}
+    order = np.random.default_rng([seed, len(drawn)]).permutation(len(drawn))
+    images = {f"image{position:03d}": drawn[number] for position, number in enumerate(order, start=1)}
     names, away = list(images), round(len(people) * 7 / 37)
     parts = []
     for number in range(IMAGE_SETS):
@@ -144,8 +144,8 @@ class DisplaySignal:
 
 def drives(count: int = COUNT) -> tuple[DisplaySignal, ...]:
     """Return the first ``count`` signals, which are always the same: the study's 39, then others of their kinds."""
-    made = [*_listed()[:count], *(_drawn(n) for n in range(COUNT + 1, count + 1))]
-    return tuple(DisplaySignal(f"signal{n:02d}", *facts) for n, facts in enumerate(made, start=1))
+    listed = [*_listed()[:count], *(_drawn(n) for n in range(COUNT + 1, count + 1))]
+    return tuple(DisplaySignal(f"signal{n:02d}", *facts) for n, facts in enumerate(listed, start=1))
 
 
 def _drawn(number: int) -> tuple[str, float, Array]:
@@ -175,34 +175,34 @@ def _drawn(number: int) -> tuple[str, float, Array]:
 
 def _listed() -> list[tuple[str, float, Array]]:
     """Return kind, level and shape of the study's 39."""
-    made = [
+    signals = [
         (f"sine of {f} Hz", 1.0, _sine(f)) for f in (5, 10, 20, 40, 80, 120, 160, 200, 250, 320, 400, 600)
     ]
-    made += [(f"sine of 200 Hz, at {level:g}", level, _sine(200)) for level in (0.05, 0.25)]
-    made += [(f"square of {f} Hz", 1.0, np.sign(_sine(f) + 1e-9)) for f in (4, 12, 30)]
-    made += [(f"bursts of 200 Hz, {n} a second", 1.0, _sine(200) * _gate(n, 0.4)) for n in (4, 10)]
-    made += [
+    signals += [(f"sine of 200 Hz, at {level:g}", level, _sine(200)) for level in (0.05, 0.25)]
+    signals += [(f"square of {f} Hz", 1.0, np.sign(_sine(f) + 1e-9)) for f in (4, 12, 30)]
+    signals += [(f"bursts of 200 Hz, {n} a second", 1.0, _sine(200) * _gate(n, 0.4)) for n in (4, 10)]
+    signals += [
         (f"{carrier} Hz modulated at {f} Hz", 1.0, _sine(carrier) * (1 + _sine(f)))
         for carrier, f in ((250, 5), (160, 12), (320, 25))
     ]
-    made += [
+    signals += [
         (f"noise of {low} to {high} Hz{'' if level == 1 else f', at {level:g}'}", level, _noise(low, high))
         for low, high, level in (
             (5, 30, 1.0), (30, 90, 1.0), (60, 200, 1.0), (100, 400, 1.0), (200, 600, 1.0), (400, 1000, 1.0),
             (20, 1000, 0.35), (250, 1000, 0.1),
         )
     ]  # fmt: skip
-    made += [(f"{n} pulses of 2 ms a second", 1.0, _pulses(np.arange(n) / n)) for n in (5, 20, 60)]
-    made += [(f"{n} pulses of 2 ms a second, irregular", 1.0, _pulses(_irregular(n))) for n in (12, 45)]
-    made += [
+    signals += [(f"{n} pulses of 2 ms a second", 1.0, _pulses(np.arange(n) / n)) for n in (5, 20, 60)]
+    signals += [(f"{n} pulses of 2 ms a second, irregular", 1.0, _pulses(_irregular(n))) for n in (12, 45)]
+    signals += [
         (f"sweep of {low} to {high} Hz and back", 1.0, _sweep(low, high))
         for low, high in ((20, 120), (100, 500))
     ]
-    made += [
+    signals += [
         ("sum of sines of 8 and 200 Hz", 1.0, _sine(8) + 0.6 * _sine(200)),
         ("noise of 150 to 500 Hz, swelling 6 times a second", 1.0, _noise(150, 500) * (1 + _sine(6))),
     ]
-    return made
+    return signals
 
 
 def _sine(hz: float) -> Array:
@@ -211,9 +211,9 @@ def _sine(hz: float) -> Array:
 
 def _gate(per_second: int, open_share: float) -> Array:
     """Return 1 while open and 0 otherwise, with cosine flanks of 5 ms."""
-    place = (_T * per_second) % 1 / per_second
+    time_s = (_T * per_second) % 1 / per_second
     length, flank = open_share / per_second, 0.005
-    rise, fall = np.clip(place / flank, 0, 1), np.clip((length - place) / flank, 0, 1)
+    rise, fall = np.clip(time_s / flank, 0, 1), np.clip((length - time_s) / flank, 0, 1)
     return np.asarray(0.5 - 0.5 * np.cos(np.pi * np.minimum(rise, fall)))
 
 

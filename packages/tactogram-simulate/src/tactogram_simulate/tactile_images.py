@@ -152,8 +152,8 @@ def _fur(rng: Rng) -> Array:
     turn, length = rng.uniform(0, 3), rng.uniform(6, 14)
     hair = _noise(rng, 0.2, 4, rng.uniform(25, 60), stretch=length, turn=turn)
     bend = 6 * _noise(rng, 2.5, 0.5, 3)
-    at = np.stack([_Y * PIXELS + bend, _X * PIXELS - bend])
-    hair = map_coordinates(hair, at, order=1, mode="wrap")
+    points = np.stack([_Y * PIXELS + bend, _X * PIXELS - bend])
+    hair = map_coordinates(hair, points, order=1, mode="wrap")
     colour = _hue(rng, (0.20, 0.13, 0.07), (0.72, 0.66, 0.58)) * (1 + 0.25 * _noise(rng, 2, 1, 4)[..., None])
     return _lit(rng, 0.05 * hair, np.clip(colour, 0.02, 1), relief=rng.uniform(0.5, 1.2))
 

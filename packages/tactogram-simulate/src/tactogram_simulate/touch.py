@@ -77,10 +77,10 @@ def _touched(surface: Surface, plate: Plate | None, rng: np.random.Generator) ->
         back_and_forth=False,
         unsteadiness=0.0,
     )
-    felt = feel(surface, BARE_FINGER, moved, start_mm=(5.0, 5.0), direction_deg=4.0)
-    both = np.stack([felt.friction_n, felt.force_n])
+    touch = feel(surface, BARE_FINGER, moved, start_mm=(5.0, 5.0), direction_deg=4.0)
+    both = np.stack([touch.friction_n, touch.force_n])
     if plate is not None:
-        heights = fine_heights(plate, BARE_FINGER, felt.place_m, rng)
+        heights = fine_heights(plate, BARE_FINGER, touch.place_m, rng)
         both += BARE_FINGER.stiffness_n_m * heights + BARE_FINGER.damping_n_s_m * np.gradient(heights) * fast
     forces = resample(Signal(both.astype(np.float32), fast, "N", ("along", "normal")), RATE).samples.astype(
         np.float64

@@ -93,12 +93,12 @@ def evaluate_fabrics(
     used.
     """
     windows = fabric_windows(learner, examples, part)
-    made = {
+    generated = {
         name: learner.spectrogram.decode(learner.spectra(batch, seed=seed)[0], seed=seed)
         for name, batch in windows.items()
     }
     recorded = {name: batch.friction for name, batch in windows.items()}
-    return compare_fabrics(learner.spectrogram, recorded, made, recovered=made, seed=seed)
+    return compare_fabrics(learner.spectrogram, recorded, generated, recovered=generated, seed=seed)
 
 
 def fabric_windows(
@@ -131,11 +131,11 @@ def compare_fabrics(
     """
     names = list(recorded)
     figures = {}
-    for place, name in enumerate(names):
+    for index, name in enumerate(names):
         real, ours = recorded[name], made[name]
         inverted = spectrogram.decode(spectrogram.encode(real), seed=seed)
         again = recovered[name] if recovered else spectrogram.decode(spectrogram.encode(ours), seed=seed)
-        other = recorded[names[(place + 1) % len(names)]]
+        other = recorded[names[(index + 1) % len(names)]]
         figures[name] = FabricResult(
             windows=len(real),
             mse=_mean((again - inverted).square()),
@@ -190,11 +190,11 @@ def autoregressive(trained: Tensor, count: int, seed: int) -> Tensor:
     # The fit is for signals over time; any rate will do.
     model = fit_autoregressive([Signal(window, 1000.0, "1", axes) for window in trained.numpy()])
     samples = trained.shape[-1]
-    made = [
+    signals = [
         Synthesizer(model, seed=child_rng(seed, "autoregressive", number)).next(samples).samples
         for number in range(count)
     ]
-    return torch.from_numpy(np.stack(made)).clamp_min(0)
+    return torch.from_numpy(np.stack(signals)).clamp_min(0)
 
 
 def replay(trained: Tensor, count: int, seed: int) -> Tensor:

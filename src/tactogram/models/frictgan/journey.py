@@ -34,8 +34,8 @@ def spliced(magnitudes: Tensor, hop: int) -> Tensor:
     weight = torch.minimum(ramp, ramp.flip(0))
     total = magnitudes.new_zeros(axes, bins, (windows - 1) * hop + frames)
     cover = magnitudes.new_zeros(total.shape[-1])
-    for number, one in enumerate(magnitudes):
+    for number, magnitude in enumerate(magnitudes):
         part = slice(number * hop, number * hop + frames)
-        total[..., part] += weight * one
+        total[..., part] += weight * magnitude
         cover[part] += weight
     return total / cover

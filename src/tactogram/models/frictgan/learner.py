@@ -120,8 +120,8 @@ class FrictGANLearner(AdversarialNetworks, Model):
     def _update_critic(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
         """Arjovsky et al. 2017, Algorithm 1, lines 3 to 7; or the code's cross-entropy, also clipped."""
         with torch.no_grad():
-            made = self._make(photo)
-        scores = self.discriminator(photo, real).float(), self.discriminator(photo, made).float()
+            generated = self._make(photo)
+        scores = self.discriminator(photo, real).float(), self.discriminator(photo, generated).float()
         if self.config.loss == "wasserstein":
             loss = scores[1].mean() - scores[0].mean()  # eq. (2)
             figures = {"wasserstein": -loss.detach()}
@@ -136,12 +136,12 @@ class FrictGANLearner(AdversarialNetworks, Model):
 
     def _update_generator(self, photo: Tensor, real: Tensor) -> dict[str, Tensor]:
         """Algorithm 1, lines 9 to 11, with the L1 distance of eq. (3)."""
-        made = self._make(photo)
-        distance = (made - real).abs().mean()
+        generated = self._make(photo)
+        distance = (generated - real).abs().mean()
         loss, figures = self.config.l1 * distance, {"l1": distance.detach()}
         if self.config.adversarial:
             with fixed(self.discriminator):
-                score = self.discriminator(photo, made).float()
+                score = self.discriminator(photo, generated).float()
             verdict = -score.mean() if self.config.loss == "wasserstein" else _cross_entropy(score, 1.0)
             loss = loss + self.config.adversarial * verdict
             figures["adversarial"] = verdict.detach()
@@ -151,8 +151,8 @@ class FrictGANLearner(AdversarialNetworks, Model):
     def _make(self, photo: Tensor) -> Tensor:
         """Return spectrograms on the networks' scale, with noise from torch's own generator."""
         noise = torch.randn(len(photo), self.config.noise).to(photo) if self.config.noise else None
-        made: Tensor = self.generator(photo, noise).float()
-        return made
+        generated: Tensor = self.generator(photo, noise).float()
+        return generated
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Store the scale of the photographs, and measure that of the magnitudes."""
@@ -190,9 +190,9 @@ class FrictGANLearner(AdversarialNetworks, Model):
         part: Part | None = "validation" if self.config.shares[1] else "test"
         pairs = self.pairs(examples, part)
         places = np.unique(np.linspace(0, len(pairs) - 1, EVALUATED).astype(int)).tolist()
-        made, real = self.spectra(pairs.batch(places))
-        squared = (self.spectrogram.decode(made) - self.spectrogram.decode(real)).square().mean()
-        return {"l1": float(((made - real) / self.scale).abs().mean()), "mse": float(squared)}
+        generated, real = self.spectra(pairs.batch(places))
+        squared = (self.spectrogram.decode(generated) - self.spectrogram.decode(real)).square().mean()
+        return {"l1": float(((generated - real) / self.scale).abs().mean()), "mse": float(squared)}
 
     def spectra(self, batch: FrictionBatch, *, seed: int = 0) -> tuple[Tensor, Tensor]:
         """Return generated and recorded magnitudes of pairs, each float32, (pair, axis, bin, frame)."""
@@ -202,26 +202,26 @@ class FrictGANLearner(AdversarialNetworks, Model):
         self, photo: Tensor, other: Tensor | None = None, share: float = 0.0, *, seed: int = 0
     ) -> Tensor:
         """Return the magnitudes generated from photographs, or from a mix with ``other`` ones (`Generator.forward`)."""
-        made = []
+        pieces = []
         for first in range(0, len(photo), AT_ONCE):
             part = slice(first, first + AT_ONCE)
             noise = torch.stack([self._noise(seed, first + k) for k in range(len(photo[part]))])
             second = None if other is None else other[part]
-            made.append(self._magnitude(photo[part], noise, second, share))
-        return torch.cat(made)
+            pieces.append(self._magnitude(photo[part], noise, second, share))
+        return torch.cat(pieces)
 
     @torch.inference_mode()
     def _magnitude(
         self, photo: Tensor, noise: Tensor, other: Tensor | None = None, share: float = 0.0
     ) -> Tensor:
         network = bare(self.generator).eval()
-        made: Tensor = network(
+        magnitude: Tensor = network(
             photo.to(self.device),
             noise.to(self.device) if self.config.noise else None,
             other=None if other is None else other.to(self.device),
             share=share,
         )
-        return self._outside(made)
+        return self._outside(magnitude)
 
     def _noise(self, seed: int, number: int) -> Tensor:
         return torch.randn(self.config.noise, generator=child_generator(seed, "noise", number))
@@ -289,15 +289,15 @@ class FrictGANLearner(AdversarialNetworks, Model):
         places = journey(
             image.pixels.shape[1], self.windows.pixels, half / (self.config.frames - 1), number + 1
         )
-        made = []
+        pieces = []
         for first in range(0, len(places), AT_ONCE):
             some = places[first : first + AT_ONCE]
             cut = [self.windows.window(image, left)[:, :: -1 if back else 1] for left, back in some]
             noise = [self._noise(seed, first + k) for k in range(len(some))]
             if first == 0 and latent is not None:
                 noise[0] = latent
-            made.append(self._magnitude(self.windows.tensor(cut), torch.stack(noise)))
-        long = spliced(torch.cat(made), half)
+            pieces.append(self._magnitude(self.windows.tensor(cut), torch.stack(noise)))
+        long = spliced(torch.cat(pieces), half)
         spectrogram = self.config.model_copy(update={"frames": long.shape[-1]}).spectrogram()
         recovered = spectrogram.decode(long, seed=int(child_rng(seed, "phase").integers(2**31)))
         return np.asarray(recovered.numpy())

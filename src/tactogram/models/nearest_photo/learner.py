@@ -86,8 +86,8 @@ class NearestPhotoLearner(Model):
         places = [(photographs, k) for photographs in shared.values() for k in range(len(photographs))]
         drawn = child_rng(self.seed, "photographs", material).permutation(len(places))
         rows: dict[bytes, NDArray[np.float64]] = {}
-        for place in drawn[: self.config.photographs]:
-            photographs, k = places[place]
+        for index in drawn[: self.config.photographs]:
+            photographs, k = places[index]
             row = _descriptor(photographs[k])
             rows[row.tobytes()] = row
         return list(rows.values())
@@ -113,10 +113,10 @@ class NearestPhotoLearner(Model):
                 correct.extend(self.material_of(image) == example.material for image in example.photographs)
             over_time = self.kind.domain == "time"
             if len(example.photographs) and over_time and example.signal.seconds >= SHORTEST_EVALUATED_S:
-                made = self.generate(
+                generated = self.generate(
                     {"image": example.photographs[0]}, seconds=example.signal.seconds, seed=number
                 )
-                distances.append(log_spectral_distance([made], [example.signal]))
+                distances.append(log_spectral_distance([generated], [example.signal]))
         figures = {"photograph_accuracy": correct, "log_spectral_distance_db": distances}
         return {name: float(np.mean(values)) for name, values in figures.items() if values}
 

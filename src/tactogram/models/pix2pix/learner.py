@@ -45,14 +45,14 @@ class Pix2PixLearner(PictureLearner[Config]):
 
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update the discriminator, its objective divided by 2, then the generator against it (Sec. 3.3)."""
-        made = self.gan.generator(photo)  # B, 1, R, C
+        generated = self.gan.generator(photo)  # B, 1, R, C
         real = self.gan.discriminator(torch.cat((photo, picture), 1))[-1:]
-        fake = self.gan.discriminator(torch.cat((photo, made.detach()), 1))[-1:]
+        fake = self.gan.discriminator(torch.cat((photo, generated.detach()), 1))[-1:]
         loss_d = (adversarial_loss(real, real=True) + adversarial_loss(fake, real=False)) / 2
         self.gan.descend(1, loss_d)
         with self.gan.fixed_discriminator():
-            outputs = self.gan.discriminator(torch.cat((photo, made), 1))[-1:]
-            adversarial, l1 = adversarial_loss(outputs, real=True), F.l1_loss(made, picture)
+            outputs = self.gan.discriminator(torch.cat((photo, generated), 1))[-1:]
+            adversarial, l1 = adversarial_loss(outputs, real=True), F.l1_loss(generated, picture)
         self.gan.descend(0, adversarial + self.config.l1 * l1)
         return {"discriminator": loss_d.item(), "adversarial": adversarial.item(), "l1": l1.item()}
 

@@ -45,8 +45,8 @@ class GlobalGenerator(nn.Module):
     def forward(self, photo: Tensor) -> Tensor:
         """Return pictures, (batch, 1, row, column) in -1 to 1, of photographs of that shape."""
         self.check_size(photo.shape[-2], photo.shape[-1])
-        made: Tensor = self.layers(photo)
-        return made
+        picture: Tensor = self.layers(photo)
+        return picture
 
 
 class ResidualBlock(nn.Module):
@@ -105,21 +105,21 @@ class Pix2PixHDLearner(PictureLearner[Config]):
 
     def update(self, photo: Tensor, picture: Tensor, label: Tensor, crops: Tensor) -> dict[str, float]:
         """Update both networks by losses of the weights before either update, as the authors' code does."""
-        made = self.gan.generator(photo)  # B, 1, R, C
+        generated = self.gan.generator(photo)  # B, 1, R, C
         real = self.gan.discriminator(torch.cat((photo, picture), 1))
-        fake = self.gan.discriminator(torch.cat((photo, made.detach()), 1))
+        fake = self.gan.discriminator(torch.cat((photo, generated.detach()), 1))
         kind = self.config.adversarial
         loss_d = adversarial_loss(scores(real), real=True, kind=kind)
         loss_d = (loss_d + adversarial_loss(scores(fake), real=False, kind=kind)) / 2
         with self.gan.fixed_discriminator():
-            outputs = self.gan.discriminator(torch.cat((photo, made), 1))
+            outputs = self.gan.discriminator(torch.cat((photo, generated), 1))
             adversarial = adversarial_loss(scores(outputs), real=True, kind=kind)
             # The authors' code sums over a discriminator's layers with weights 4 / (L + 1).
             matching = 4 * feature_matching_loss(outputs, real)
         loss_g = adversarial + self.config.feature_matching * matching
         figures = {"discriminator": loss_d, "adversarial": adversarial, "matching": matching}
         if self.perceptual:
-            figures["perceptual"] = self.perceptual.to(made.device)(made, picture)
+            figures["perceptual"] = self.perceptual.to(generated.device)(generated, picture)
             loss_g = loss_g + self.config.perceptual * figures["perceptual"]
         self.gan.descend(0, loss_g)
         self.gan.descend(1, loss_d)

@@ -59,8 +59,8 @@ def signal_features(signal: Signal) -> NDArray[np.float64]:
     if signal.domain != "time":
         raise ParameterError("a rater needs signals over time, got one over displacement")
     x = signal.samples.astype(np.float64)
-    felt, power, frequency = _felt(x - x.mean(1, keepdims=True), signal.rate)
-    envelope = _envelope(felt, signal.rate)
+    limited, power, frequency = _felt(x - x.mean(1, keepdims=True), signal.rate)
+    envelope = _envelope(limited, signal.rate)
     on = envelope > envelope.max() * 10 ** (-ACTIVE_DB / 20)
     share = max(float(on.mean()), 1 / len(on)) if envelope.max() > 0 else 1.0
     whole = power.sum()
@@ -70,7 +70,7 @@ def signal_features(signal: Signal) -> NDArray[np.float64]:
             10 * np.log10(bands / share),
             [10 * np.log10(whole / share + SILENCE)],
             _shape(bands, edges(signal.rate)),
-            _peaks(felt, share),
+            _peaks(limited, share),
             _depths(envelope),
             _course(envelope, on, signal.seconds),
         ]
@@ -93,9 +93,9 @@ def _felt(
     return np.asarray(irfft(spectrum, size, axis=1)[:, :length]), power, frequency
 
 
-def _envelope(felt: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
+def _envelope(x: NDArray[np.float64], rate: float) -> NDArray[np.float64]:
     """Return the root of the instantaneous power over axes in steps of 1 / `ENVELOPE_RATE` s, shape (step,)."""
-    power = (np.abs(hilbert(felt, next_fast_len(felt.shape[1]), axis=1)[:, : felt.shape[1]]) ** 2).sum(0)
+    power = (np.abs(hilbert(x, next_fast_len(x.shape[1]), axis=1)[:, : x.shape[1]]) ** 2).sum(0)
     steps = max(4, round(len(power) / rate * ENVELOPE_RATE))
     bounds = np.linspace(0, len(power), steps + 1)
     summed = np.interp(bounds, np.arange(len(power) + 1), np.concatenate([[0.0], np.cumsum(power)]))
@@ -112,11 +112,11 @@ def _shape(bands: NDArray[np.float64], band_edges: NDArray[np.float64]) -> NDArr
     return np.array([centre, spread, octave[bands.argmax()], flatness])
 
 
-def _peaks(felt: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+def _peaks(x: NDArray[np.float64], share: float) -> NDArray[np.float64]:
     """Return peak level in dB, crest factor in dB while it is on, and the logarithm of kurtosis."""
-    power = (felt**2).sum(0)
+    power = (x**2).sum(0)
     mean, peak = power.mean() + SILENCE, power.max() + SILENCE
-    kurtosis = (felt**4).sum(0).mean() / (mean**2 + SILENCE**2) + 1e-3
+    kurtosis = (x**4).sum(0).mean() / (mean**2 + SILENCE**2) + 1e-3
     return np.array([10 * np.log10(peak), 10 * np.log10(peak * share / mean), np.log(kurtosis)])
 
 
@@ -137,10 +137,10 @@ def _course(envelope: NDArray[np.float64], on: NDArray[np.bool_], seconds: float
     top = envelope.max() + np.sqrt(SILENCE)
     smooth = np.convolve(envelope / top, np.full(5, 0.2), mode="same")
     onsets = len(find_peaks(np.concatenate([[0.0], smooth, [0.0]]), prominence=0.2)[0])
-    place = (np.arange(len(envelope)) + 0.5) / len(envelope)
+    position = (np.arange(len(envelope)) + 0.5) / len(envelope)
     energy = envelope**2 + SILENCE
-    centre = float(energy @ place / energy.sum())
-    spread = float(np.sqrt(energy @ (place - centre) ** 2 / energy.sum()))
+    centre = float(energy @ position / energy.sum())
+    spread = float(np.sqrt(energy @ (position - centre) ** 2 / energy.sum()))
     after = smooth[int(smooth.argmax()) :]
     decay = float(np.log2(max(int(np.argmax(after < 0.25 * after[0])) or len(after), 1) / ENVELOPE_RATE))
     return np.array(

@@ -125,10 +125,10 @@ class ReplayLearner(Model):
                 and over_time
                 and example.signal.seconds >= SHORTEST_EVALUATED_S
             ):
-                made = self.generate(
+                generated = self.generate(
                     {"material": example.material}, seconds=example.signal.seconds, seed=number
                 )
-                distances.append(log_spectral_distance([made], [example.signal]))
+                distances.append(log_spectral_distance([generated], [example.signal]))
         return {"log_spectral_distance_db": float(np.mean(distances))} if distances else {}
 
     def state(self) -> dict[str, Any]:
@@ -167,12 +167,12 @@ class ReplayLearner(Model):
         return self.kind.signal(np.float32(mixed))
 
     def limits(self, condition: Condition) -> list[Limit]:
-        found: list[Limit] = []
-        for place in np.flatnonzero(material_weights(condition, self.materials)).tolist():
-            used = self._nearest(self.materials[place], condition)[0].condition
+        limits: list[Limit] = []
+        for index in np.flatnonzero(material_weights(condition, self.materials)).tolist():
+            used = self._nearest(self.materials[index], condition)[0].condition
             ranges = {name: (value, value) for name, value in used.items() if value is not None}
-            found += limits_within(condition, ranges, f"of {self.materials[place]}")
-        return found
+            limits += limits_within(condition, ranges, f"of {self.materials[index]}")
+        return limits
 
     def _replayed(self, members: Sequence[StoredSegment], seconds: float, seed: int, name: str) -> Signal:
         return concatenated(
@@ -192,16 +192,16 @@ class ReplayLearner(Model):
         members = self.segments[name]
         distance = np.zeros(len(members))
         for quantity in NAMES:
-            wanted = condition.get(quantity)
-            if wanted is None:
+            value = condition.get(quantity)
+            if value is None:
                 continue
-            if not (np.isfinite(wanted) and wanted >= 0):
-                raise ParameterError(f"{quantity} must be finite and >= 0, got {wanted}")
+            if not (np.isfinite(value) and value >= 0):
+                raise ParameterError(f"{quantity} must be finite and >= 0, got {value}")
             values = np.array([s.condition[quantity] for s in members], dtype=np.float64)  # None: nan
             if np.isnan(values).all():
                 raise ParameterError(f"{quantity} is unknown for the recordings of {name}; omit it")
             span = np.nanmax(values) - np.nanmin(values)
-            distance += np.nan_to_num((values - wanted) / (span or 1.0), nan=np.inf) ** 2
+            distance += np.nan_to_num((values - value) / (span or 1.0), nan=np.inf) ** 2
         if not np.isfinite(distance).any():
             raise ParameterError(f"no recording of {name} has both {' and '.join(NAMES)}; omit one of them")
         return [s for s, far in zip(members, distance, strict=True) if far <= distance.min() + 1e-12]

@@ -97,30 +97,30 @@ class ResidueFusionLearner(PictureLearner[Config]):
 
     def _update_critic(self, photo: Tensor, picture: Tensor) -> dict[str, Tensor]:
         with torch.no_grad():
-            made = self.gan.generator(photo, *self.conditioning(photo))
+            fakes = self.gan.generator(photo, *self.conditioning(photo))
         real = self.gan.discriminator(torch.cat((photo, picture), 1))[-1].mean()
-        fake = self.gan.discriminator(torch.cat((photo, made), 1))[-1].mean()
+        fake = self.gan.discriminator(torch.cat((photo, fakes), 1))[-1].mean()
         with self.gan.autocast():  # Fabric's wrapper allows no gradient but by its own backward
             critic = bare(self.gan.discriminator)
             penalty = gradient_penalty(
-                lambda x: critic(torch.cat((photo, x), 1))[-1].float().mean((1, 2, 3)), picture, made.float()
+                lambda x: critic(torch.cat((photo, x), 1))[-1].float().mean((1, 2, 3)), picture, fakes.float()
             )
         self.gan.descend(1, fake - real + self.config.penalty * penalty)
         return {"wasserstein": real - fake, "penalty": penalty}
 
     def _update_generator(self, photo: Tensor, picture: Tensor) -> dict[str, Tensor]:
-        made = self.gan.generator(photo, *self.conditioning(photo))  # B, 1, R, C
+        generated = self.gan.generator(photo, *self.conditioning(photo))  # B, 1, R, C
         with self.gan.fixed_discriminator():
             with torch.no_grad():
                 real = self.gan.discriminator(torch.cat((photo, picture), 1))
-            outputs = self.gan.discriminator(torch.cat((photo, made), 1))
+            outputs = self.gan.discriminator(torch.cat((photo, generated), 1))
             figures = {
                 "adversarial": -outputs[-1].mean(),
                 "matching": feature_matching_loss([outputs], [real]),
             }
         loss = figures["adversarial"] + self.config.feature_matching * figures["matching"]
         if self.perceptual:
-            figures["perceptual"] = self.perceptual.to(made.device)(made, picture)
+            figures["perceptual"] = self.perceptual.to(generated.device)(generated, picture)
             loss = loss + self.config.perceptual * figures["perceptual"]
         self.gan.descend(0, loss)
         return figures

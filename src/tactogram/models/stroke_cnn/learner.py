@@ -207,9 +207,9 @@ class Windows:
         self, count: int, rng: np.random.Generator, share: BatchShare = WHOLE_BATCH
     ) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
         """Return the share of ``count`` windows, float32 (window, axis, time), and their classes, int64 (window,)."""
-        place = share.places(rng.integers(self.bounds[-1], size=count), count)
-        which = np.searchsorted(self.bounds, place, side="right")
-        last = self.bounds[which] - place  # 1 is the recording's last window
+        positions = share.places(rng.integers(self.bounds[-1], size=count), count)
+        which = np.searchsorted(self.bounds, positions, side="right")
+        last = self.bounds[which] - positions  # 1 is the recording's last window
         x = np.stack(
             [
                 self.signals[i][:, self.signals[i].shape[1] - self.length + 1 - back :][:, : self.length]

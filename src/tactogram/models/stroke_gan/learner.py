@@ -89,8 +89,8 @@ class Scaling(Saved):
         """Return the share of the largest deviation that holds ``within_range`` of the samples."""
         counts = np.zeros(BINS, np.int64)
         for example in examples:
-            place = (self._deviation(example)[axis] / self.scale[axis] * BINS).astype(np.int64)
-            counts += np.bincount(np.minimum(place, BINS - 1), minlength=BINS)
+            bins = (self._deviation(example)[axis] / self.scale[axis] * BINS).astype(np.int64)
+            counts += np.bincount(np.minimum(bins, BINS - 1), minlength=BINS)
         within = np.cumsum(counts) / counts.sum()
         return float((np.searchsorted(within, self.within_range) + 1) / BINS)
 
@@ -181,9 +181,9 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         """
         check_condition(condition, needs=("material",), takes=("latent",))
         label = torch.tensor(material_weights(condition, self.materials), dtype=torch.float32)
-        given = given_latent(condition, self.config.latent)
+        latents = given_latent(condition, self.config.latent)
         length = self.config.length if seconds is None else max(1, round(seconds * self.kind.rate))
-        return self.scaling.unscaled(self.crossfaded(label, length, seed=seed, given=given))
+        return self.scaling.unscaled(self.crossfaded(label, length, seed=seed, given=latents))
 
 
 build = StrokeGANLearner

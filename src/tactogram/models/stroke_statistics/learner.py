@@ -157,9 +157,9 @@ class StrokeStatisticsLearner(WindowClassifier):
             chosen = child_rng(self.seed, "windows").choice(len(start), self.config.windows, replace=False)
             recording, start = recording[np.sort(chosen)], start[np.sort(chosen)]
         features = [
-            self._features(example.signal, start[recording == place])
-            for place, example in enumerate(examples)
-            if np.any(recording == place)
+            self._features(example.signal, start[recording == number])
+            for number, example in enumerate(examples)
+            if np.any(recording == number)
         ]
         return np.concatenate(features), recording
 

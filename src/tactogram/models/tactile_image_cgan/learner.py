@@ -176,14 +176,14 @@ class TactileImageLearner(RatedImageLearner):
         images, labels = (part.to(gan.device) for part in batch)  # B, 3, S, S; B, W
         noise = torch.randn(len(images), self.config.noise, device=gan.device)
         scores = torch.rand_like(labels) if self.config.fake_scores == "uniform" else labels
-        made = gan.generator(noise, scores)  # B, 3, S, S
+        generated = gan.generator(noise, scores)  # B, 3, S, S
         real, predicted = gan.discriminator(images, labels)  # B; B, W
-        fake, _ = gan.discriminator(made.detach(), scores)  # B
+        fake, _ = gan.discriminator(generated.detach(), scores)  # B
         loss_d = _cross_entropy(real, 1.0) + _cross_entropy(fake, 0.0)
         words_d = self._regression(predicted, labels)
         gan.descend(1, loss_d + words_d)
         with gan.fixed_discriminator():
-            outputs, predicted = gan.discriminator(made, scores)  # B; B, W
+            outputs, predicted = gan.discriminator(generated, scores)  # B; B, W
             loss_g = _cross_entropy(outputs, 1.0)
             words_g = self._regression(predicted, scores)
         gan.descend(0, loss_g + words_g)
@@ -219,8 +219,8 @@ class TactileImageLearner(RatedImageLearner):
         Batch normalisation uses the statistics of training, so that an image is the same in any batch. Assumed.
         """
         inputs = (torch.from_numpy(part).to(self.gan.device) for part in (noise, scores))
-        made: NDArray[np.float32] = self.gan.bare_generator.eval()(*inputs).float().cpu().numpy()
-        return made
+        images: NDArray[np.float32] = self.gan.bare_generator.eval()(*inputs).float().cpu().numpy()
+        return images
 
 
 def _cross_entropy(scores: Tensor, label: float) -> Tensor:

@@ -118,10 +118,10 @@ class DescribedSurfaces(Saved):
         if (given := np.isfinite(scores)).any():
             inputs["words"] = np.vstack((rated[:, given], scores[given]))
         whole = np.all([np.isfinite(table).all(1) for table in inputs.values()], axis=0)
-        found, facts = _regression([table[whole] for table in inputs.values()], self.spectra[whole[:-1]])
+        regression, facts = _regression([table[whole] for table in inputs.values()], self.spectra[whole[:-1]])
         weights = np.full(count, 1 / count if facts["mean"] else 0.0)
         if not facts["mean"]:
-            weights[whole[:-1]] = found
+            weights[whole[:-1]] = regression
         if image is not None:
             likely = self.recognised(image)
             if count < LEAST_MATERIALS:  # too few for a regression: a photograph is of the nearest of them
@@ -151,9 +151,9 @@ def _regression(inputs: Sequence[Array], spectra: Array) -> tuple[Array, dict[st
     for fold in range(FOLDS):
         left, rest = every[every % FOLDS == fold], every[every % FOLDS != fold]
         kernel, ridge = _chosen(kernels, spectra, rest)
-        found = _weights(kernel[np.ix_(rest, rest)], kernel[np.ix_(rest, left)], ridge) @ spectra[rest]
-        for row, made in zip(errors, (spectra[rest].mean(0), found), strict=True):
-            row[left] = np.square(spectra[left] - made).mean(1)
+        predicted = _weights(kernel[np.ix_(rest, rest)], kernel[np.ix_(rest, left)], ridge) @ spectra[rest]
+        for row, estimate in zip(errors, (spectra[rest].mean(0), predicted), strict=True):
+            row[left] = np.square(spectra[left] - estimate).mean(1)
     gain = (errors[0] - errors[1]) / errors[0].mean().clip(LEAST)
     reach = student.ppf(0.975, len(gain) - 1) * gain.std(ddof=1) / len(gain) ** 0.5
     mean = bool(gain.mean() <= reach)
@@ -168,11 +168,11 @@ def _regression(inputs: Sequence[Array], spectra: Array) -> tuple[Array, dict[st
 
 def _chosen(kernels: Sequence[Array], spectra: Array, places: NDArray[np.intp]) -> tuple[Array, float]:
     """Return the kernel and ridge whose squared residuals of materials left out one by one are least."""
-    wanted, best = spectra[places] - spectra[places].mean(0), (np.inf, 0, RIDGES[-1])
+    centred, best = spectra[places] - spectra[places].mean(0), (np.inf, 0, RIDGES[-1])
     for number, kernel in enumerate(kernels):
         own = kernel[np.ix_(places, places)]
         values, vectors = np.linalg.eigh(own - own.mean(0) - own.mean(1)[:, None] + own.mean())
-        projected = vectors.T @ wanted
+        projected = vectors.T @ centred
         for ridge in RIDGES:
             inverse = 1 / (values.clip(0) + ridge)
             diagonal = vectors**2 @ inverse - 1 / (len(places) * ridge)  # the mean is not penalised
@@ -184,10 +184,10 @@ def _chosen(kernels: Sequence[Array], spectra: Array, places: NDArray[np.intp]) 
 def _weights(known: Array, asked: Array, ridge: float) -> Array:
     """Return weights, (asked, material), each summing to 1, from kernels (material, material), (material, asked)."""
     ones = np.ones((len(known), 1))
-    found, ones = np.split(
+    solution, ones = np.split(
         np.linalg.solve(known + ridge * np.eye(len(known)), np.hstack((asked, ones))), [-1], 1
     )
-    return np.asarray((found + ones * (1 - found.sum(0)) / ones.sum()).T)
+    return np.asarray((solution + ones * (1 - solution.sum(0)) / ones.sum()).T)
 
 
 def _spectrum(surface: Surface) -> Array:

@@ -174,11 +174,11 @@ def guided(network: nn.Module, label: Tensor, strength: float) -> Velocity:
     """Return the velocity of a network with a condition of some strength (Ho & Salimans 2021)."""
 
     def velocity(x: Tensor, time: Tensor) -> Tensor:
-        found: Tensor = network(x, time, label)
+        labelled: Tensor = network(x, time, label)
         if strength == 1:
-            return found
+            return labelled
         free: Tensor = network(x, time, torch.zeros_like(label))
-        return free + strength * (found - free)
+        return free + strength * (labelled - free)
 
     return velocity
 
@@ -214,7 +214,7 @@ def _mean_square(error: Tensor, data: Tensor) -> Tensor:
 
 def times_of(steps: int) -> list[float]:
     """Return the times between the solver's steps, from 0 to 1."""
-    return [(place / steps) ** DENSITY for place in range(steps + 1)]
+    return [(step / steps) ** DENSITY for step in range(steps + 1)]
 
 
 def solve(velocity: Velocity, noise: Tensor, steps: int) -> Tensor:

@@ -121,5 +121,5 @@ class ImageFlowLearner(FlowLearner, RatedImageLearner):
     def make(self, noise: NDArray[np.float32], scores: NDArray[np.float32]) -> NDArray[np.float32]:
         side = self.config.size
         shaped = torch.from_numpy(noise).view(-1, COLOURS, side, side)
-        made = self.flow.sample(shaped, self._label(torch.from_numpy(scores))).cpu()
-        return np.asarray((made * self.pixels[-1] + self.pixels[:COLOURS, None, None]).numpy())
+        sampled = self.flow.sample(shaped, self._label(torch.from_numpy(scores))).cpu()
+        return np.asarray((sampled * self.pixels[-1] + self.pixels[:COLOURS, None, None]).numpy())

@@ -66,20 +66,20 @@ class KnownSurfaces:
 
         ``draw``, from 0 to below 1, chooses a stroke of each material, whose tones it has.
         """
-        given = [name for name in DESCRIPTIONS if condition.get(name) is not None]
+        names = [name for name in DESCRIPTIONS if condition.get(name) is not None]
         if (prediction := self.prediction(condition)) is not None:
             return MaterialMix(self, prediction[0], draw, predicted=True)
-        if not given:
+        if not names:
             first, *others = self._named
             instead = f", or {' or '.join(others)} instead" if others else ""
             raise ParameterError(f"condition {first!r} is needed{instead}")
-        if unknown := [name for name in given if name not in self.descriptions]:
+        if unknown := [name for name in names if name not in self.descriptions]:
             raise ParameterError(self._not_learned(unknown[0]))
-        if len(given) > 1:
+        if len(names) > 1:
             raise ParameterError(
-                f"conditions {' and '.join(given)} describe the surface twice; give one of them"
+                f"conditions {' and '.join(names)} describe the surface twice; give one of them"
             )
-        [description] = given
+        [description] = names
         stroke = self._stroke_of_vibration(condition)
         if description == "vibration":
             self.kind.check(condition["vibration"])
@@ -93,8 +93,8 @@ class KnownSurfaces:
 
     def prediction(self, condition: Condition) -> Prediction | None:
         """Return the prediction from a photograph or a text or both, and words with them; None of anything else."""
-        given = {name for name in DESCRIPTIONS if condition.get(name) is not None}
-        if not (given & {"image", "text"} and given <= {"image", "text", "words"} & {*self.descriptions}):
+        names = {name for name in DESCRIPTIONS if condition.get(name) is not None}
+        if not (names & {"image", "text"} and names <= {"image", "text", "words"} & {*self.descriptions}):
             return None
         scores = unit_scores(condition.get("words") or {}, self.kind, partial=True)
         return self.described_by.predict(condition.get("image"), condition.get("text"), self.rated, scores)
@@ -132,11 +132,11 @@ class KnownSurfaces:
     def check_contactors(self, condition: Condition) -> None:
         """Refuse a contactor that is no finger or stylus, or was not learned."""
         for name in ("contactor", "vibration_contactor"):
-            given = condition.get(name)
-            if given is None:
+            contactor = condition.get(name)
+            if contactor is None:
                 continue
-            if math.isnan(contactor_number(str(given))):
-                raise ParameterError(f"{name} must be finger or stylus, got {given!r}")
+            if math.isnan(contactor_number(str(contactor))):
+                raise ParameterError(f"{name} must be finger or stylus, got {contactor!r}")
             if self.predictor is None or not self.predictor.knows("contactor"):
                 raise ParameterError(
                     f"{name} makes no difference to this run, whose recordings have one or none; omit it"
@@ -245,9 +245,9 @@ class MaterialMix:
         if strokes is None or predictor is None:
             surfaces, reached = [known.surfaces[number] for number in chosen], None
         else:
-            wanted, reached = predictor.conditions_of(condition), _stroke_conditions(condition)
+            target, reached = predictor.conditions_of(condition), _stroke_conditions(condition)
             surfaces = [
-                predictor.from_strokes(*strokes.of_material(number), wanted, known.surface_like(number))
+                predictor.from_strokes(*strokes.of_material(number), target, known.surface_like(number))
                 for number in chosen
             ]
         tonal = [
@@ -273,8 +273,8 @@ class RatedSurface:
 
     def at(self, condition: Condition) -> tuple[TonalSurface, Condition]:
         known, axes = self.known, len(self.known.kind.axes)
-        wanted = self.predictor.conditions_of(condition)
-        surface = self.predictor.from_words(self.scores, wanted, known.spectra.blank(axes))
+        target = self.predictor.conditions_of(condition)
+        surface = self.predictor.from_words(self.scores, target, known.spectra.blank(axes))
         local = np.mean(known.local, axis=0) if known.local else None
         tonal = TonalSurface(surface, no_tones(axes), known.spectra.variance, local)
         return tonal, _stroke_conditions(condition)
@@ -313,12 +313,12 @@ class RecordedSurface:
         predictor = self.known.predictor
         if predictor is None:
             return self.noise, self.stroke
-        measured, wanted = predictor.conditions_of(self.stroke), predictor.conditions_of(condition)
-        if wanted.isnan().all():
+        measured, target = predictor.conditions_of(self.stroke), predictor.conditions_of(condition)
+        if target.isnan().all():
             return self.noise, self.stroke
-        given = {name: value for name, value in condition.items() if value is not None}
-        surface = predictor.predict(self.noise, measured, wanted, self.known.spectra.bands)
-        return surface, {**self.stroke, **given}
+        stated = {name: value for name, value in condition.items() if value is not None}
+        surface = predictor.predict(self.noise, measured, target, self.known.spectra.bands)
+        return surface, {**self.stroke, **stated}
 
 
 def _stroke_conditions(condition: Condition) -> Condition:

@@ -98,15 +98,15 @@ def modulated(examples: Sequence[Example], share: float, *, seed: int) -> list[E
     for name in dict.fromkeys(str(example.material) for example in examples):
         rng = child_rng(seed, "modulation", name)
         modulations[name] = Modulation.drawn(rng) if rng.random() < share else None
-    found = []
+    results = []
     for number, example in enumerate(examples):
         modulation = modulations[str(example.material)]
         if modulation is None:
-            found.append(example)
+            results.append(example)
         else:
             signal = modulation.apply(example.signal, child_rng(seed, "modulated", number))
-            found.append(replace(example, signal=signal, rated=None))
-    return found
+            results.append(replace(example, signal=signal, rated=None))
+    return results
 
 
 def _changes(
@@ -115,8 +115,8 @@ def _changes(
     """Return Gaussian noise of unit variance, (time,), of a second-order low-pass filter's spectrum."""
     noise = np.fft.rfft(rng.standard_normal(count)) / (1 + (frequencies / corner_hz) ** 2)
     noise[0] = 0
-    found = np.fft.irfft(noise, count)
-    result: NDArray[np.float64] = found / max(float(np.std(found)), np.finfo(float).tiny)
+    changes = np.fft.irfft(noise, count)
+    result: NDArray[np.float64] = changes / max(float(np.std(changes)), np.finfo(float).tiny)
     return result
 
 

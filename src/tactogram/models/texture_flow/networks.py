@@ -56,9 +56,9 @@ class VelocityUNet(nn.Module):
         ``label`` is (batch, label), or (batch, column, label).
         """
         batch, _, rows, columns = x.shape
-        place = torch.linspace(0, math.pi, rows, device=x.device)
+        angles = torch.linspace(0, math.pi, rows, device=x.device)
         order = torch.arange(1, self.cosines + 1, device=x.device)
-        cosines = torch.cos(order[:, None] * place)[None, :, :, None].expand(batch, -1, -1, columns)
+        cosines = torch.cos(order[:, None] * angles)[None, :, :, None].expand(batch, -1, -1, columns)
         label = label.view(batch, -1, label.shape[-1])
         e = self.embed(self.time(_sinusoids(time, self.size))[:, None] + self.label(label))  # B, 1 or C, E
         h = torch.cat((x, cosines), 1).contiguous(memory_format=torch.channels_last)

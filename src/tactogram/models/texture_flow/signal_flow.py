@@ -118,8 +118,8 @@ class SignalFlow(FlowLearner):
         if vibration is not None and vibration.unit != self.kind.unit:
             gain = self.rms / max(rms(vibration), LEAST_RMS)
             alike = vibration.with_samples(gain * vibration.samples, unit=self.kind.unit)
-            made = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
-            return made.with_samples(made.samples / gain, unit=vibration.unit)
+            signal = self.generate({**condition, "vibration": alike}, seconds=seconds, seed=seed)
+            return signal.with_samples(signal.samples / gain, unit=vibration.unit)
         if self.over_displacement:
             return self._over_displacement(condition, seconds, seed=seed)
         return self.kind.signal(self._samples(condition, seconds, seed=seed))
@@ -135,9 +135,9 @@ class SignalFlow(FlowLearner):
             times = np.arange(0, motion.lasting(seconds), 1 / PLAYBACK_RATE)
             moved = np.interp(times, motion.time_s, motion.speed_mm_s)
             length_mm = float(np.sum(moved) + 2 * np.max(moved)) / PLAYBACK_RATE + 2 / self.kind.rate
-            made = self.kind.signal(self._samples(still, length_mm, seed=seed))
+            raw = self.kind.signal(self._samples(still, length_mm, seed=seed))
             speeds = Signal((1e-3 * moved[None]).astype(np.float32), PLAYBACK_RATE, "m/s", ("along",))
-            felt = played(made, speeds, PLAYBACK_RATE)
+            felt = played(raw, speeds, PLAYBACK_RATE)
             contact = motion.at("contact", np.arange(len(felt)) / PLAYBACK_RATE)
             return felt if contact is None else felt.with_samples((felt.samples * contact).astype(np.float32))
         if speed is None:
@@ -148,8 +148,8 @@ class SignalFlow(FlowLearner):
             return self.kind.signal(self._samples(still, None, seed=seed))
         if not (math.isfinite(speed) and speed > 0):
             raise ParameterError.must("speed_mm_s", "be > 0", speed)
-        made = self.kind.signal(self._samples(still, None if seconds is None else seconds * speed, seed=seed))
-        return played(made, speed, PLAYBACK_RATE)
+        raw = self.kind.signal(self._samples(still, None if seconds is None else seconds * speed, seed=seed))
+        return played(raw, speed, PLAYBACK_RATE)
 
     def _samples(self, condition: Condition, seconds: float | None, *, seed: int) -> NDArray[np.float32]:
         """Return the samples of a condition that is at constant speed and force or has a motion, (axis, time)."""
@@ -184,8 +184,8 @@ class SignalFlow(FlowLearner):
 
     def _label_at(self, moment: Condition, surface: Surface, reached: Condition | None) -> Tensor:
         """Return the label of a surface that is known at the condition ``reached``, wanted at ``moment``."""
-        wanted = moment if self.known.predictor is None or reached is None else reached
-        return self._label(surface, wanted, reached)
+        condition = moment if self.known.predictor is None or reached is None else reached
+        return self._label(surface, condition, reached)
 
     def _moments(self, condition: Condition, motion: Motion, seconds: float) -> list[Condition]:
         """Return the condition at evenly spaced times of a motion, at most `MOMENT_S` apart."""
@@ -219,8 +219,8 @@ class SignalFlow(FlowLearner):
         return self.materials[likely.argmax()], float(likely.max())
 
     def prediction_facts(self, condition: Condition) -> dict[str, Any]:
-        found = self.known.prediction(condition)
-        return {} if found is None else found[1]
+        prediction = self.known.prediction(condition)
+        return {} if prediction is None else prediction[1]
 
     def _spectrum(self, labels: Tensor, length: int, *, seed: int) -> Tensor:
         """Return a spectrum, (axis, bin, frame), of at least ``length`` samples.

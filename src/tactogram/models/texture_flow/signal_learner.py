@@ -64,25 +64,25 @@ class SignalFlowLearner(SignalFlow):
         """Return recordings without their tones; as they are, where surfaces are predicted, lines included."""
         if self.known.predictor is not None:
             return examples
-        found = list(examples)
+        without_tones = list(examples)
         names = [str(example.material) for example in examples]
         for material in dict.fromkeys(names):
-            places = [place for place, name in enumerate(names) if name == material]
-            for place, rest in zip(places, split_strokes([found[p] for p in places])[1], strict=True):
-                found[place] = rest
-        return found
+            places = [number for number, name in enumerate(names) if name == material]
+            for index, rest in zip(places, split_strokes([without_tones[p] for p in places])[1], strict=True):
+                without_tones[index] = rest
+        return without_tones
 
     def _measured(self, examples: Sequence[Example]) -> dict[str, list[Reference]]:
         """Return the surface of each recording that is long enough, by material."""
-        found: dict[str, list[Reference]] = {str(example.material): [] for example in examples}
+        groups: dict[str, list[Reference]] = {str(example.material): [] for example in examples}
         unknown = torch.full((len(self.kind.words),), torch.nan)
         for example in examples:
             surface = self.spectra.measure([example.signal])
             if surface is not None:
                 rated = example.rated if self.kind.words else None
                 words = unknown if rated is None else torch.from_numpy(rated.means).float()
-                found[str(example.material)].append(Reference(example.id, surface, example.condition, words))
-        return found
+                groups[str(example.material)].append(Reference(example.id, surface, example.condition, words))
+        return groups
 
     def _batch(
         self,
@@ -106,19 +106,19 @@ class SignalFlowLearner(SignalFlow):
         for example, crop in crops.at(numbers.tolist(), partial(child_rng, seed)):
             material = str(example.material)
             reference: Condition | None = None
-            wanted = example.condition
-            others = [found for found in measured[material] if found.id != example.id]
-            own = [found for found in measured[material] if found.id == example.id]
+            condition = example.condition
+            others = [candidate for candidate in measured[material] if candidate.id != example.id]
+            own = [candidate for candidate in measured[material] if candidate.id == example.id]
             if self.known.predictor is not None and own:
                 surface = own[0].surface
-                wanted = reference = {} if rng.random() < UNKNOWN else wanted
+                condition = reference = {} if rng.random() < UNKNOWN else condition
             elif others and (material not in known or rng.random() < self.config.references):
                 other = others[rng.integers(len(others))]
                 surface, reference = other.surface, other.condition
             else:
                 surface = known[material]
             spectra.append(self.spectra.encode(crop, surface))
-            labels.append(self._label(surface, wanted, reference))
+            labels.append(self._label(surface, condition, reference))
         return torch.stack(spectra), torch.stack(labels)
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
@@ -129,9 +129,9 @@ class SignalFlowLearner(SignalFlow):
 
     def _with_some_dropped(self, label: Tensor) -> Tensor:
         """Return labels, (batch, label), of which some lack the surface, others speed and force."""
-        wanted = 2 * len(self.labels.names)
+        size = 2 * len(self.labels.names)
         kept = (torch.rand(len(label), 2) >= self.config.dropped).float()
-        return label * kept.repeat_interleave(torch.tensor([label.shape[1] - wanted, wanted]), dim=1)
+        return label * kept.repeat_interleave(torch.tensor([label.shape[1] - size, size]), dim=1)
 
     def _fit(self, examples: Sequence[Example]) -> dict[str, float]:
         if self.config.start:

@@ -115,11 +115,11 @@ class Strokes(NamedTuple):
     def pairs(self) -> tuple[Tensor, Tensor]:
         """Return the numbers of both strokes of every pair of one material, in either order."""
         first = self.counts.cumsum(0) - self.counts
-        found = [
+        pairs = [
             begin + torch.cartesian_prod(torch.arange(count), torch.arange(count)).view(-1, 2)
             for begin, count in zip(first, self.counts.tolist(), strict=True)
         ]
-        one, other = torch.cat(found).T
+        one, other = torch.cat(pairs).T
         return one[one != other], other[one != other]
 
 
@@ -162,21 +162,21 @@ class SurfacePredictor(nn.Module):
 
         A condition that is unknown for any of them counts as unknown, or the same, for all.
         """
-        vectors, at, words = strokes.vectors, strokes.at, strokes.words
+        vectors, conditions, words = strokes.vectors, strokes.at, strokes.words
         self.mean.copy_(vectors.mean(0))
         self.scale.copy_(vectors.std(0, correction=0).clamp_min(LEAST_SPREAD))
         _, values, basis = torch.linalg.svd((vectors - self.mean) / self.scale, full_matrices=False)
         count = min(len(basis), len(self.basis))
         self.basis[:count], self.spread[:count] = basis[:count], values[:count] / len(vectors) ** 0.5
-        numbers = self._numbers(torch.where(at.isnan().any(0), 1.0, at))
+        numbers = self._numbers(torch.where(conditions.isnan().any(0), 1.0, conditions))
         self.at_mean.copy_(numbers.mean(0))
         self.at_deviation.copy_(numbers.std(0, correction=0).clamp_min(LEAST_SPREAD))
         self.at_range.copy_(torch.stack((numbers.amin(0), numbers.amax(0))))
-        place, components = self._standardised(at), self._components(vectors)
+        standardised, components = self._standardised(conditions), self._components(vectors)
         # The law: within a material, the difference of two strokes is linear in the difference of their conditions.
         # Pairs leave the material itself out; the ridge keeps conditions that hardly varied from having an effect.
         one, other = strokes.pairs()
-        steps = self._steps(place[one], place[other]).double()
+        steps = self._steps(standardised[one], standardised[other]).double()
         gram = steps.T @ steps + RIDGE * len(one) * torch.eye(steps.shape[1], dtype=torch.float64)
         self.law.copy_(torch.linalg.solve(gram, steps.T @ (vectors[other] - vectors[one]).double()))
         rated = words.isfinite().any(1)
@@ -184,14 +184,14 @@ class SurfacePredictor(nn.Module):
             return
         # Words: components and what is told of them, conditions and scores, as if jointly Gaussian, so that the mean
         # of the components given any part of what is told is linear in it. Scores that nobody gave count as the mean.
-        told = torch.cat((place, words), 1)[rated]
+        told = torch.cat((standardised, words), 1)[rated]
         self.told_mean.copy_(told.nanmean(0).nan_to_num(0.0))
         self.told_deviation.copy_(
             (told - self.told_mean).square().nanmean(0).sqrt().clamp_min(LEAST_SPREAD).nan_to_num(1.0)
         )
         limits = [value[rated].nan_to_num(nan) for value, nan in ((words, torch.inf), (words, -torch.inf))]
         # Linear laws are wild far out: what is told counts only as far as training went, and no rare extreme does.
-        wide = place.amin(0), place.amax(0)
+        wide = standardised.amin(0), standardised.amax(0)
         reach = LARGEST * self.told_deviation
         self.told_range[0] = torch.cat((wide[0], limits[0].amin(0))).maximum(self.told_mean - reach)
         self.told_range[1] = torch.cat((wide[1], limits[1].amax(0))).minimum(self.told_mean + reach)
@@ -201,10 +201,10 @@ class SurfacePredictor(nn.Module):
 
     def conditions_of(self, condition: Condition, *, prefix: str = "") -> Tensor:
         """Return speed, force and contactor of a condition, float32, shape (condition,); NaN if unknown."""
-        found = {name: condition.get(prefix + name) for name in self.conditions}
-        if (contactor := found.get("contactor")) is not None:
-            found["contactor"] = contactor_number(contactor)
-        return torch.tensor([torch.nan if value is None else float(value) for value in found.values()])
+        values = {name: condition.get(prefix + name) for name in self.conditions}
+        if (contactor := values.get("contactor")) is not None:
+            values["contactor"] = contactor_number(contactor)
+        return torch.tensor([torch.nan if value is None else float(value) for value in values.values()])
 
     @property
     def word_range(self) -> Tensor:
@@ -213,8 +213,8 @@ class SurfacePredictor(nn.Module):
 
     def knows(self, name: str) -> bool:
         """Return whether the training strokes differ in a condition."""
-        place = self.conditions.index(name)
-        return bool(self.at_range[0, place] < self.at_range[1, place])
+        index = self.conditions.index(name)
+        return bool(self.at_range[0, index] < self.at_range[1, index])
 
     def predict(self, surface: Surface, at: Tensor, wanted: Tensor, bands: Sequence[slice] = ()) -> Surface:
         """Return a surface that was measured ``at`` conditions, at those ``wanted``; (condition,), NaN if unknown.
@@ -241,8 +241,8 @@ class SurfacePredictor(nn.Module):
         wanted = self._or_usual(wanted)
         distance = (self._standardised(at) - self._standardised(wanted)).norm(dim=1) / REACH
         weights = torch.exp(-distance.square() / 2).clamp_min(LEAST_SHARE)
-        found = [surface_of(vector, like) for vector in self._predicted(vectors, at, wanted)]
-        return Surface.mixed(found, weights.double().numpy())
+        predicted = [surface_of(vector, like) for vector in self._predicted(vectors, at, wanted)]
+        return Surface.mixed(predicted, weights.double().numpy())
 
     @torch.no_grad()
     def from_words(self, words: Tensor, wanted: Tensor, like: Surface) -> Surface:
@@ -263,13 +263,13 @@ class SurfacePredictor(nn.Module):
     def _told(self, told: Tensor) -> Tensor:
         return (told - self.told_mean) / self.told_deviation
 
-    def _steps(self, at: Tensor, wanted: Tensor) -> Tensor:
+    def _steps(self, start: Tensor, end: Tensor) -> Tensor:
         """Return the steps from conditions to others, (pair, condition), and these times the first ones' contactor."""
         # Contactors are -1 and 1: with the products, each contactor has a slope of its own.
-        step, place = wanted - at, self.conditions.index("contactor")
-        return torch.cat((step, step * at[:, place, None]), 1)
+        step, index = end - start, self.conditions.index("contactor")
+        return torch.cat((step, step * start[:, index, None]), 1)
 
-    def _or_usual(self, wanted: Tensor) -> Tensor:
+    def _or_usual(self, conditions: Tensor) -> Tensor:
         """Return conditions, for those not given the mean, and the finger if there are several contactors.
 
         One that training did not vary stays unknown.
@@ -279,19 +279,19 @@ class SurfacePredictor(nn.Module):
             -1.0 if name == "contactor" else mean.exp().item()
             for name, mean in zip(self.conditions, self.at_mean, strict=True)
         ])  # fmt: skip
-        return torch.where(wanted.isnan() & varied, usual, wanted)
+        return torch.where(conditions.isnan() & varied, usual, conditions)
 
     def _components(self, vectors: Tensor) -> Tensor:
         """Return the components of surfaces, standardised."""
         return F.linear((vectors - self.mean) / self.scale, self.basis) / self.spread.clamp_min(LEAST_SPREAD)
 
-    def _numbers(self, at: Tensor) -> Tensor:
+    def _numbers(self, conditions: Tensor) -> Tensor:
         """Return logarithms of speed and force, and contactors."""
-        logs = at.clamp_min(torch.finfo(torch.float32).tiny).log()
-        return torch.where(torch.tensor([name == "contactor" for name in self.conditions]), at, logs)
+        logs = conditions.clamp_min(torch.finfo(torch.float32).tiny).log()
+        return torch.where(torch.tensor([name == "contactor" for name in self.conditions]), conditions, logs)
 
-    def _standardised(self, at: Tensor) -> Tensor:
+    def _standardised(self, conditions: Tensor) -> Tensor:
         low, high = self.at_range
-        limited = self._numbers(at).clamp(low, high)
-        found: Tensor = ((limited - self.at_mean) / self.at_deviation).nan_to_num(0.0)
-        return found
+        limited = self._numbers(conditions).clamp(low, high)
+        standardised: Tensor = ((limited - self.at_mean) / self.at_deviation).nan_to_num(0.0)
+        return standardised

@@ -67,15 +67,15 @@ class Surface(NamedTuple):
         mix = Surface(
             *(torch.tensordot(share.to(t[0].dtype), torch.stack(t), 1) for t in zip(*surfaces, strict=True))
         )
-        wanted = share @ torch.stack([surface.power.log() for surface in surfaces])
-        gain = (wanted - mix.power.log()) / 2
+        log_power = share @ torch.stack([surface.power.log() for surface in surfaces])
+        gain = (log_power - mix.power.log()) / 2
         return mix._replace(log_root=mix.log_root + gain * torch.eye(len(mix.mean)))
 
     @property
     def root(self) -> Tensor:
         """The root of the cross-spectral matrices, (bin, axis, axis)."""
-        found: Tensor = torch.linalg.matrix_exp(self.log_root)
-        return found
+        matrix: Tensor = torch.linalg.matrix_exp(self.log_root)
+        return matrix
 
     @property
     def power(self) -> Tensor:
@@ -142,8 +142,8 @@ class SurfaceSpectra:
             for signal in signals
             if len(signal) >= self.transform.n_fft
         ]  # fmt: skip
-        found = float(np.median([(zero / one).sqrt() for zero, one in power if one > 0] or [0.0]))
-        return found if found >= LEAKED else 0.0
+        ratio = float(np.median([(zero / one).sqrt() for zero, one in power if one > 0] or [0.0]))
+        return ratio if ratio >= LEAKED else 0.0
 
     def measure(self, recorded: Sequence[Signal]) -> Surface | None:
         """Return the surface of signals, or None if they hold fewer than two windows."""
@@ -196,8 +196,8 @@ class SurfaceSpectra:
 
     def encode(self, samples: NDArray[np.float32], surface: Surface) -> Tensor:
         """Return the spectrum of samples, (axis, time) -> (axis, bin, frame), of windows that are wholly within."""
-        found = self._log_magnitudes(self._transformed(samples, surface.mean), surface.log_root)
-        return (found - surface.centre[..., None]) / surface.deviation[..., None]
+        magnitudes = self._log_magnitudes(self._transformed(samples, surface.mean), surface.log_root)
+        return (magnitudes - surface.centre[..., None]) / surface.deviation[..., None]
 
     def over_frames(self, values: Tensor, frames: int, length: int) -> Tensor:
         """Return values, (value, …), at the frames that `decode` puts around ``length`` samples: (frame, …).
@@ -207,9 +207,9 @@ class SurfaceSpectra:
         if len(values) == 1:
             return values
         samples = torch.arange(frames) * self.transform.hop - self._margin(frames, length)
-        place = (samples / length).clamp(0, 1) * (len(values) - 1)
-        lower = place.floor().clamp_max(len(values) - 2).long()
-        share = (place - lower).view(-1, *[1] * (values.ndim - 1)).to(values.dtype)
+        position = (samples / length).clamp(0, 1) * (len(values) - 1)
+        lower = position.floor().clamp_max(len(values) - 2).long()
+        share = (position - lower).view(-1, *[1] * (values.ndim - 1)).to(values.dtype)
         return values[lower] * (1 - share) + values[lower + 1] * share
 
     def decode(
@@ -251,8 +251,8 @@ class SurfaceSpectra:
         """Return the transform of windows wholly within the samples: (axis, bin from ``first``, frame)."""
         x = torch.tensor(samples) - mean[:, None]
         pieces = x.unfold(-1, self.transform.n_fft, self.transform.hop) * self.transform.weights(x)
-        found: Tensor = torch.fft.rfft(pieces)[..., first:].mT
-        return found
+        spectrum: Tensor = torch.fft.rfft(pieces)[..., first:].mT
+        return spectrum
 
     def _log_magnitudes(self, x: Tensor, log_root: Tensor) -> Tensor:
         """Return the sources' log magnitudes, (axis, bin, frame)."""

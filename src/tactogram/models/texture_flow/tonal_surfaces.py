@@ -104,28 +104,28 @@ def split_strokes(examples: Sequence[Example]) -> tuple[list[StrokeTones], list[
     of a sensor may differ by more than this noise.
     """
     speeds, groups = group_by_condition([example.condition for example in examples])
-    found: list[list[Tones]] = []
+    by_group: list[list[Tones]] = []
     rest = list(examples)
     noise_power = np.empty(len(groups))
     for number, members in enumerate(groups):
-        patterns, noise = split_signals([examples[place].signal for place in members])
-        found.append(patterns if len(patterns) < 2 else [tones.at_its_own_speed() for tones in patterns])
+        patterns, noise = split_signals([examples[member].signal for member in members])
+        by_group.append(patterns if len(patterns) < 2 else [tones.at_its_own_speed() for tones in patterns])
         noise_power[number] = np.mean(
             [np.var(signal.samples, axis=1, dtype=np.float64).sum() for signal in noise]
         )
-        for place, signal in zip(members, noise, strict=True):
-            rest[place] = replace(examples[place], signal=signal)
-    power = np.array([patterns[0].power.sum() if patterns else 0.0 for patterns in found])
+        for index, signal in zip(members, noise, strict=True):
+            rest[index] = replace(examples[index], signal=signal)
+    power = np.array([patterns[0].power.sum() if patterns else 0.0 for patterns in by_group])
     if not power.any():
         return [], rest
     strokes = [len(members) for members in groups]
     ratio = float(np.average(noise_power, weights=strokes) / np.average(power, weights=strokes))
     order = np.argsort(-power / np.maximum(noise_power, np.finfo(float).tiny), kind="stable")
     known = [
-        StrokeTones(found[group][turn], float(speeds[group, 0]), float(power[group] * ratio))
-        for turn in range(max(map(len, found)))
+        StrokeTones(by_group[group][turn], float(speeds[group, 0]), float(power[group] * ratio))
+        for turn in range(max(map(len, by_group)))
         for group in order
-        if turn < len(found[group])
+        if turn < len(by_group[group])
     ]
     means = [example.signal.samples.mean(1, keepdims=True, dtype=np.float64) for example in rest]
     return known[:MOST_PATTERNS], [

@@ -133,14 +133,14 @@ class TextureGANLearner(WaveGANLearner[Config]):
         """Gulrajani et al. 2017, Algorithm 1, lines 11 and 12, and the energy distance between statistics."""
         config, figures = self.config, dict[str, Tensor]()
         loss = torch.zeros((), device=self.device)
-        made = self.make(label)
+        generated = self.make(label)
         if config.adversarial:
             with fixed(self.discriminator):
-                figures["generator_loss"] = -self.discriminator(made, label).float().mean()
+                figures["generator_loss"] = -self.discriminator(generated, label).float().mean()
             loss = loss + config.adversarial * figures["generator_loss"]
         if config.statistics:
             spread = self.spread.to(self.device)
-            ours, again, theirs = (statistics(x) / spread for x in (made, self.make(label), real))
+            ours, again, theirs = (statistics(x) / spread for x in (generated, self.make(label), real))
             figures["statistics"] = energy_distance(theirs, ours, again)
             loss = loss + config.statistics * figures["statistics"]
         self.descend(0, loss)
@@ -161,23 +161,23 @@ class TextureGANLearner(WaveGANLearner[Config]):
     def _match(self, examples: Sequence[Example], levels: BandLevels) -> dict[str, float]:
         """Measure the bands of recordings, and of signals generated for their conditions."""
         members = ([e for e in examples if e.material == name] for name in self.materials)
-        levels.measure(self._to_match(levels, place, some) for place, some in enumerate(members))
+        levels.measure(self._to_match(levels, index, some) for index, some in enumerate(members))
         return {"band_correction_db": levels.correction_db()}
 
     def _to_match(
-        self, levels: BandLevels, place: int, examples: Sequence[Example]
+        self, levels: BandLevels, index: int, examples: Sequence[Example]
     ) -> tuple[list[NDArray[np.floating]], list[NDArray[np.floating]]]:
         """Return recordings of a material and a generated signal for each, all longer than the filters."""
-        weights = np.eye(len(self.materials))[place]
+        weights = np.eye(len(self.materials))[index]
         examples = [e for e in examples if len(e.signal) > 2 * levels.reach] or examples
-        recorded, made = list[NDArray[np.floating]](), list[NDArray[np.floating]]()
+        recorded, generated = list[NDArray[np.floating]](), list[NDArray[np.floating]]()
         for number, example in enumerate(examples[:: -(-len(examples) // MATCHED)]):
             x = example.signal.samples[:, : MATCHED_LENGTHS * self.config.length]
             length = max(x.shape[1], 2 * levels.reach + 1)
             recorded.append(np.pad(x, ((0, 0), (0, length - x.shape[1])), mode="wrap"))
-            label, seed = self.labels.label(weights, example.condition), child_seed(0, "match", place, number)
-            made.append(self._signal(label, weights, length, seed=seed).samples)
-        return recorded, made
+            label, seed = self.labels.label(weights, example.condition), child_seed(0, "match", index, number)
+            generated.append(self._signal(label, weights, length, seed=seed).samples)
+        return recorded, generated
 
     def generate(self, condition: Condition, *, seconds: float | None = None, seed: int) -> Signal:
         """Return a signal; one longer than the networks' is made of pieces of new latents, crossfaded.
@@ -191,10 +191,10 @@ class TextureGANLearner(WaveGANLearner[Config]):
         weights = material_weights(condition, self.materials)
         label = self.labels.label(weights, condition)
         length = self.config.length if seconds is None else max(1, round(seconds * self.kind.rate))
-        given = given_latent(condition, self.config.latents, piece=FIRST_HEARD)
+        latents = given_latent(condition, self.config.latents, piece=FIRST_HEARD)
         if self.band_levels is None or not self.band_levels.measured:
-            return self._signal(label, weights, length, seed=seed, given=given)
-        signal = self._signal(label, weights, length + 2 * self.band_levels.reach, seed=seed, given=given)
+            return self._signal(label, weights, length, seed=seed, given=latents)
+        signal = self._signal(label, weights, length + 2 * self.band_levels.reach, seed=seed, given=latents)
         return signal.with_samples(self.band_levels.apply(signal.samples, weights).astype(np.float32))
 
     def limits(self, condition: Condition) -> list[Limit]:

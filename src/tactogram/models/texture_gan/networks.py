@@ -86,8 +86,8 @@ class Periodic(nn.Module):
 
     def forward(self, latent: Tensor, label: Tensor) -> tuple[Tensor, Tensor]:
         """Return addends of the hidden layer, (batch, channel, time / 4), and of the output, (batch, axis, time)."""
-        place, phase = latent.float().chunk(2, 1)  # B, S
-        frequency = (self.centres + self.step / 2 * place).exp()  # cycles per sample
+        offset, phase = latent.float().chunk(2, 1)  # B, S
+        frequency = (self.centres + self.step / 2 * offset).exp()  # cycles per sample
         samples = torch.arange(self.time, device=latent.device)
         angle = math.tau * frequency[:, :, None] * samples + math.pi * phase[:, :, None]  # B, S, T
         sine = angle.sin()
@@ -103,9 +103,9 @@ def split_bands(noise: Tensor, bands: int) -> Tensor:
     """
     time = noise.shape[-1]
     spectrum = torch.fft.rfft(noise)
-    place = torch.arange(spectrum.shape[-1], device=noise.device) / (time / 2)  # 0..1 of half the rate
-    octave = torch.log2(place.clamp(min=2.0**-30)) + bands - 0.5  # 0 at the edge below band 1
-    gains = torch.ones(bands + 1, len(place), device=noise.device)
+    frequency = torch.arange(spectrum.shape[-1], device=noise.device) / (time / 2)  # 0..1 of half the rate
+    octave = torch.log2(frequency.clamp(min=2.0**-30)) + bands - 0.5  # 0 at the edge below band 1
+    gains = torch.ones(bands + 1, len(frequency), device=noise.device)
     for edge in range(1, bands):
         across = (octave - edge + 1).clamp(0, 1) * (math.pi / 2)
         gains[edge - 1] *= across.cos() ** 2

@@ -38,7 +38,7 @@ def statistics(x: Tensor) -> Tensor:
     x = x.float()
     subset = x[:, :, :: max(1, x.shape[2] // RANKED)]
     ranks = torch.tensor(QUANTILES, device=x.device) * (subset.shape[2] - 1)
-    found = [torch.asinh(subset.sort(dim=2).values[:, :, ranks.long()]).flatten(1)]
+    parts = [torch.asinh(subset.sort(dim=2).values[:, :, ranks.long()]).flatten(1)]
     for size in SIZES:
         spectrum = _spectrum(x, size)  # B, A, F, N
         envelopes = _envelopes(spectrum)  # B, A BANDS, N
@@ -46,13 +46,13 @@ def statistics(x: Tensor) -> Tensor:
         swing = envelopes - mean
         deviation = swing.square().mean(2, keepdim=True).add(1e-4).sqrt()
         shape = swing / deviation
-        found += [mean.flatten(1), deviation.log().flatten(1), shape.pow(3).mean(2)]
+        parts += [mean.flatten(1), deviation.log().flatten(1), shape.pow(3).mean(2)]
         together = shape @ shape.transpose(1, 2) / shape.shape[2]  # B, A BANDS, A BANDS
         row, column = torch.triu_indices(together.shape[1], together.shape[2], offset=1)
-        found += [together[:, row, column], _modulation(swing).flatten(1)]
+        parts += [together[:, row, column], _modulation(swing).flatten(1)]
         if x.shape[1] > 1:
-            found.append(_coherency(spectrum))
-    return torch.cat(found, 1)
+            parts.append(_coherency(spectrum))
+    return torch.cat(parts, 1)
 
 
 def spread_within(found: Tensor, classes: Tensor) -> Tensor:
@@ -94,13 +94,13 @@ def _envelopes(spectrum: Tensor) -> Tensor:
 def _coherency(spectrum: Tensor) -> Tensor:
     """Return the coherency of each pair of axes in each band, real and imaginary part: (batch, 2 * pair * band)."""
     first, second = torch.triu_indices(spectrum.shape[1], spectrum.shape[1], offset=1)
-    found = []
+    parts = []
     for low, high in _edges(spectrum.shape[2], BANDS):
         band = spectrum[:, :, low:high].flatten(2)  # B, A, F N
         cross = band @ band.mH  # B, A, A
         power = cross.diagonal(dim1=1, dim2=2).real + FLOOR * band.shape[2]  # B, A
-        found.append(cross[:, first, second] / (power[:, first] * power[:, second]).sqrt())
-    coherency: Tensor = torch.view_as_real(torch.cat(found, 1)).flatten(1)
+        parts.append(cross[:, first, second] / (power[:, first] * power[:, second]).sqrt())
+    coherency: Tensor = torch.view_as_real(torch.cat(parts, 1)).flatten(1)
     return coherency
 
 

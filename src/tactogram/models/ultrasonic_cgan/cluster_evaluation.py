@@ -34,28 +34,28 @@ def figures_of(
         a collapse) and ``to_nearest_display`` (distance of a surface's mean spectrum to the nearest display signal's:
         near 0 is a copy). Empty if every training failed.
     """
-    found: dict[str, list[float]] = {}
+    collected: dict[str, list[float]] = {}
     centres = []
     for plate, sensor in spectra.items():
         cluster = trained[surfaces.clusters[plate]]
         if cluster.generator is None:
             continue
-        made, probability = cluster.answers(sensor / surfaces.sensor_scale, surfaces.means[plate])
-        bins, amplitude = clamped(made)
-        generated = np.maximum(made, 0) * surfaces.display_scale
+        output, probability = cluster.answers(sensor / surfaces.sensor_scale, surfaces.means[plate])
+        bins, amplitude = clamped(output)
+        generated = np.maximum(output, 0) * surfaces.display_scale
         centres.append(centre := generated.mean(0))
-        away = [distance(centre, one) for one in surfaces.display.astype(np.float64)]
+        away = [distance(centre, spectrum) for spectrum in surfaces.display.astype(np.float64)]
         values = {
             "told_apart_unseen": float((probability <= 0.5).mean()),
             "generator_loss_unseen": float(-np.log(np.maximum(probability, 1e-30)).mean()),
             "clamped_bins": bins,
             "clamped_amplitude": amplitude,
-            "within_surface": float(np.mean([distance(one, centre) for one in generated])),
+            "within_surface": float(np.mean([distance(spectrum, centre) for spectrum in generated])),
             "to_nearest_display": min(away),
         }
         for name, value in values.items():
-            found.setdefault(name, []).append(value)
-    figures = {name: float(np.mean(values)) for name, values in found.items()}
+            collected.setdefault(name, []).append(value)
+    figures = {name: float(np.mean(values)) for name, values in collected.items()}
     if len(centres) > 1:
         figures["between_surfaces"] = float(np.mean([distance(a, b) for a, b in combinations(centres, 2)]))
     return figures

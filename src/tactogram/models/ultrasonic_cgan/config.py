@@ -95,7 +95,7 @@ class Config(ModelConfig):
     def _ranges_are_valid(self) -> Config:
         if self.rate_low >= self.rate_high:
             raise ValueError(f"rate_low must be < rate_high, got {self.rate_low:g} and {self.rate_high:g}")
-        if any(place > len(self.generator_widths) for place in self.dropout_after):
+        if any(layer > len(self.generator_widths) for layer in self.dropout_after):
             raise ValueError(
                 f"dropout_after must name hidden layers 1 to {len(self.generator_widths)}, got {self.dropout_after}"
             )

@@ -52,8 +52,8 @@ class GeneratedSpectrum:
     def facts(self, surfaces: SurfaceTable, config: Config, signal: Signal) -> dict[str, Any]:
         """Return the spectrum's facts as JSON values; ``signal`` is its loop."""
         cluster = int(surfaces.clusters[self.surface])
-        away = [distance(self.amplitudes, one) for one in surfaces.display.astype(np.float64)]
-        place = int(np.argmin(away))
+        away = [distance(self.amplitudes, spectrum) for spectrum in surfaces.display.astype(np.float64)]
+        index = int(np.argmin(away))
         peak = float(np.abs(signal.samples).max())
         return {
             "surface": surfaces.plates[self.surface],
@@ -64,8 +64,8 @@ class GeneratedSpectrum:
             "sensor_spectrum": dict(self.source),
             "clamped_bins": self.clamped[0],
             "clamped_amplitude": self.clamped[1],
-            "nearest_display_signal": surfaces.display_items[place],
-            "nearest_display_distance": away[place],
+            "nearest_display_signal": surfaces.display_items[index],
+            "nearest_display_distance": away[index],
             "full_scale": FULL_SCALE,
             "peak": peak,
             "crest_factor": crest_factor(signal.samples[0]) if peak else None,
@@ -94,9 +94,9 @@ def make(
             remedy="use other scores, or train with fewer clusters",
         )
     spectrum, source = _sensor_spectrum(condition.get("vibration"), surface, surfaces, config, seed=seed)
-    made, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)
+    output, _ = trained[cluster].answers(spectrum[None] / surfaces.sensor_scale, scores)
     return GeneratedSpectrum(
-        np.maximum(made[0], 0) * surfaces.display_scale, surface, away, source, clamped(made)
+        np.maximum(output[0], 0) * surfaces.display_scale, surface, away, source, clamped(output)
     )
 
 
@@ -124,10 +124,10 @@ def _sensor_spectrum(
     """Return a sensor spectrum, shape (bin,), drawn from ``vibration`` or the stored ones, and its source."""
     rng = child_rng(seed, "sensor spectrum")
     if vibration is None:
-        place = int(rng.integers(surfaces.stored.shape[1]))
-        recording, axis, window = surfaces.stored_place[surface, place].tolist()
+        index = int(rng.integers(surfaces.stored.shape[1]))
+        recording, axis, window = surfaces.stored_place[surface, index].tolist()
         source = {"of": "stored", "recording": surfaces.recordings[recording], "axis": axis, "window": window}
-        spectrum: NDArray[np.float32] = surfaces.stored[surface, place]
+        spectrum: NDArray[np.float32] = surfaces.stored[surface, index]
         return spectrum, source
     try:
         spectra = sensor_spectra(vibration, config)

@@ -55,13 +55,13 @@ def selection_figure(
     rows = len(trained)
     figure = Figure(figsize=(10, 0.5 + 2.1 * rows), layout="constrained")
     grid = figure.subplots(rows, 2, squeeze=False, sharex=True)
-    for (left, right), one, name in zip(grid, trained, names, strict=True):
-        iterations = np.arange(1, one.curves.shape[1] + 1)
+    for (left, right), gan, name in zip(grid, trained, names, strict=True):
+        iterations = np.arange(1, gan.curves.shape[1] + 1)
         thin = max(1, len(iterations) // POINTS)
         for axes, curve, colour, label in (
-            (left, one.curves[0], ORANGE, "generator"),
-            (left, one.curves[1], BLUE, "discriminator"),
-            (right, 100 * one.curves[2], BLUE, "discriminator"),
+            (left, gan.curves[0], ORANGE, "generator"),
+            (left, gan.curves[1], BLUE, "discriminator"),
+            (right, 100 * gan.curves[2], BLUE, "discriminator"),
         ):
             axes.plot(iterations[::thin], curve[::thin], lw=0.4, alpha=0.35, color=colour)
             axes.plot(
@@ -69,18 +69,18 @@ def selection_figure(
             )
         right.axhspan(100 * rule.low, 100 * rule.high, color="#4d9221", alpha=0.15, lw=0)
         right.set_ylim(0, 103)
-        high = float(np.quantile(one.curves[:2], 0.995)) if one.curves.size else 1.0
+        high = float(np.quantile(gan.curves[:2], 0.995)) if gan.curves.size else 1.0
         left.set_ylim(0, 1.1 * high)
         left.set_ylabel("loss")
         right.set_ylabel("correct, %")
-        if one.chosen is None:
+        if gan.chosen is None:
             verdict = "failed: no iteration meets the rule"
         else:
-            verdict = f"iteration {one.chosen.iteration:,}: loss {one.chosen.loss:.3g}, correct {one.chosen.rate:.0%}"
+            verdict = f"iteration {gan.chosen.iteration:,}: loss {gan.chosen.loss:.3g}, correct {gan.chosen.rate:.0%}"
             for axes in (left, right):
-                axes.axvline(one.chosen.iteration, color="#4d9221", lw=1.2)
+                axes.axvline(gan.chosen.iteration, color="#4d9221", lw=1.2)
         left.set_title(name, fontsize=9, loc="left")
-        right.set_title(verdict, fontsize=9, loc="left", color=INK if one.chosen else ORANGE)
+        right.set_title(verdict, fontsize=9, loc="left", color=INK if gan.chosen else ORANGE)
         for axes in (left, right):
             axes.margins(x=0)
             axes.tick_params(labelsize=8)
@@ -100,24 +100,24 @@ def spectra_figure(
     """
     figure = Figure(figsize=(10, 0.5 + 2.1 * len(trained)), layout="constrained")
     grid = figure.subplots(len(trained), 2, squeeze=False, sharex=True)
-    for cluster, ((left, right), one) in enumerate(zip(grid, trained, strict=True)):
+    for cluster, ((left, right), gan) in enumerate(zip(grid, trained, strict=True)):
         plate = surfaces.plates.index(surfaces.members(cluster)[0])
         sensor, hertz = surfaces.stored[plate], np.arange(1, surfaces.stored.shape[2] + 1)
         left.plot(hertz, sensor.mean(0), lw=1.2, color=GRAY, label=f"mean of {surfaces.plates[plate]}")
         left.plot(hertz, sensor[0], lw=0.6, color=BLUE, label="input")
-        if one.generator is None:
+        if gan.generator is None:
             right.text(0.5, 0.5, "failed: no generator", transform=right.transAxes, ha="center", color=ORANGE)
         else:
-            made, _ = one.answers(sensor[:1] / surfaces.sensor_scale, surfaces.means[plate])
-            spectrum = np.maximum(made[0], 0) * surfaces.display_scale
+            output, _ = gan.answers(sensor[:1] / surfaces.sensor_scale, surfaces.means[plate])
+            spectrum = np.maximum(output[0], 0) * surfaces.display_scale
             away = [distance(spectrum, shown) for shown in surfaces.display.astype(np.float64)]
-            place = int(np.argmin(away))
+            index = int(np.argmin(away))
             right.plot(
                 hertz,
-                surfaces.display[place],
+                surfaces.display[index],
                 lw=1.2,
                 color=GRAY,
-                label=f"nearest: {surfaces.display_items[place]}",
+                label=f"nearest: {surfaces.display_items[index]}",
             )
             right.plot(hertz, spectrum, lw=0.6, color=ORANGE, label="output")
             right.legend(frameon=False, fontsize=8)

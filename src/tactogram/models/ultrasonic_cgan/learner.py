@@ -157,13 +157,13 @@ class UltrasonicCGANLearner(Model):
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
         """Return the number of failed trainings, and figures of the others on unseen recordings: `figures_of`."""
-        failed = {"failed_clusters": float(sum(one.chosen is None for one in self.trained))}
-        found: dict[int, list[NDArray[np.float32]]] = {}
+        failed = {"failed_clusters": float(sum(pair.chosen is None for pair in self.trained))}
+        by_plate: dict[int, list[NDArray[np.float32]]] = {}
         for example in surfaces_of(examples):
             if example.material in self.kind.materials:
                 spectra = sensor_spectra(example.signal, self.config).reshape(-1, self.config.bins)
-                found.setdefault(self.kind.materials.index(example.material), []).append(spectra)
-        spectra_of = {plate: np.concatenate(some) for plate, some in sorted(found.items())}
+                by_plate.setdefault(self.kind.materials.index(example.material), []).append(spectra)
+        spectra_of = {plate: np.concatenate(some) for plate, some in sorted(by_plate.items())}
         return failed | figures_of(spectra_of, self._surfaces, self.trained)
 
     def outcome(self) -> dict[str, Any]:
@@ -171,13 +171,13 @@ class UltrasonicCGANLearner(Model):
         clusters = [
             {
                 "surfaces": list(surfaces.members(number)),
-                "failed": one.chosen is None,
-                "chosen_iteration": one.chosen and one.chosen.iteration,
-                "generator_loss": one.chosen and one.chosen.loss,
-                "correct_rate_smoothed": one.chosen and one.chosen.rate,
-                "iterations": one.curves.shape[1],
+                "failed": pair.chosen is None,
+                "chosen_iteration": pair.chosen and pair.chosen.iteration,
+                "generator_loss": pair.chosen and pair.chosen.loss,
+                "correct_rate_smoothed": pair.chosen and pair.chosen.rate,
+                "iterations": pair.curves.shape[1],
             }
-            for number, one in enumerate(self.trained)
+            for number, pair in enumerate(self.trained)
         ]
         return {
             "group": self.config.group,
@@ -203,7 +203,7 @@ class UltrasonicCGANLearner(Model):
     def state(self) -> dict[str, Any]:
         return {
             "surfaces": self.surfaces and self.surfaces.state(),
-            "trained": [one.state() for one in self.trained],
+            "trained": [pair.state() for pair in self.trained],
             "optimisers": self.pair.state(),
         }
 
@@ -211,7 +211,7 @@ class UltrasonicCGANLearner(Model):
         if state["surfaces"] is not None:
             self.surfaces = SurfaceTable.of(state["surfaces"])
             check_state(self.surfaces.plates, self.kind.materials)
-        self.trained = [self._trained(one) for one in state["trained"]]
+        self.trained = [self._trained(saved) for saved in state["trained"]]
         if "optimisers" in state:
             self.pair.load_state(state["optimisers"])
 
@@ -228,8 +228,8 @@ class UltrasonicCGANLearner(Model):
         Raises `ParameterError` if a word is missing or unknown, a score off the scale, or the vibration too short or
         constant; `FailedTrainingError` if the training of the cluster of the nearest surface failed.
         """
-        made = self._make(condition, seed)
-        return loop(made.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)
+        spectrum = self._make(condition, seed)
+        return loop(spectrum.amplitudes, self.kind, self.config, seconds=seconds, seed=seed)
 
     def selection_for(self, condition: Condition, seed: int) -> dict[str, Any]:
         """Return the inputs of `generate` and the clamped shares, as JSON values.
@@ -240,9 +240,9 @@ class UltrasonicCGANLearner(Model):
         ``nearest_display_distance`` (a small one is a copy), ``full_scale`` (1: the limit of the display's drive),
         ``peak``, ``crest_factor``.
         """
-        made = self._make(condition, seed)
-        signal = loop(made.amplitudes, self.kind, self.config, seconds=None, seed=seed)
-        return made.facts(self._surfaces, self.config, signal)
+        spectrum = self._make(condition, seed)
+        signal = loop(spectrum.amplitudes, self.kind, self.config, seconds=None, seed=seed)
+        return spectrum.facts(self._surfaces, self.config, signal)
 
     def _make(self, condition: Condition, seed: int) -> GeneratedSpectrum:
         return make(condition, self._surfaces, self.trained, self.kind, self.config, seed=seed)
@@ -278,8 +278,8 @@ class TrainingSpectra:
         table = self._tables[which][0]
         side, scored, raters = scores
         _, item, all_scores = self._tables[side]
-        at = [torch.from_numpy(some).to(table.device) for some in (places, scored, raters)]
-        return torch.cat((table[at[0]], all_scores[item[at[1]], at[2]]), 2)
+        indices = [torch.from_numpy(some).to(table.device) for some in (places, scored, raters)]
+        return torch.cat((table[indices[0]], all_scores[item[indices[1]], indices[2]]), 2)
 
 
 build = UltrasonicCGANLearner

@@ -16,9 +16,9 @@ class Generator(nn.Module):
         super().__init__()
         layers: list[nn.Module] = []
         width = config.bins + words
-        for place, wider in enumerate(config.generator_widths, start=1):
+        for layer, wider in enumerate(config.generator_widths, start=1):
             layers += [nn.Linear(width, wider), nn.LeakyReLU(config.leak), nn.BatchNorm1d(wider)]
-            if place in config.dropout_after:
+            if layer in config.dropout_after:
                 layers.append(nn.Dropout(config.dropout))
             width = wider
         layers += [nn.Linear(width, config.bins), nn.LeakyReLU(config.leak)]

@@ -42,7 +42,7 @@ class ClusterNetworks(AdversarialNetworks):
             network.load_state_dict(fresh.state_dict())
             network.train()
         if "optimisers" in vars(self):
-            self.load_optimisers([one.state_dict() | {"state": {}} for one in self.optimisers])
+            self.load_optimisers([optimiser.state_dict() | {"state": {}} for optimiser in self.optimisers])
         self.selector = IterationSelector(self.rule)
         self.best: tuple[dict[str, Tensor], ...] = ()
         self.curves: list[NDArray[np.float32]] = []
@@ -212,6 +212,6 @@ class TrainedCluster:
         device = next(self.generator.parameters()).device
         x = torch.tensor(np.asarray(spectra, np.float32), device=device)
         label = torch.tensor(np.asarray(scores, np.float32), device=device).expand(len(x), -1)
-        made = self.generator(torch.cat((x, label), 1))
-        probability = self.discriminator.probability(torch.cat((made, label), 1))
-        return made.double().cpu().numpy(), probability[:, 0].double().cpu().numpy()
+        output = self.generator(torch.cat((x, label), 1))
+        probability = self.discriminator.probability(torch.cat((output, label), 1))
+        return output.double().cpu().numpy(), probability[:, 0].double().cpu().numpy()

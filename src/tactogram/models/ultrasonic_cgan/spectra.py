@@ -126,40 +126,40 @@ def _side(
     spectra_of: Callable[[Signal], NDArray[np.float32]],
 ) -> SideSpectra:
     number: dict[str | None, int] = {name: n for n, name in enumerate(items)}
-    found: list[NDArray[np.float32]] = []
+    spectra: list[NDArray[np.float32]] = []
     item: list[int] = []
-    place: list[tuple[int, int, int]] = []
+    sources: list[tuple[int, int, int]] = []
     rated: list[ItemRatings | None] = [None] * len(items)
     for recording, (example, name) in enumerate(zip(examples, names, strict=True)):
         if name not in number:
             raise ParameterError(f"recording {example.id}: surface must be a training surface, got {name!r}")
         try:
-            made = spectra_of(example.signal)
+            transformed = spectra_of(example.signal)
         except ParameterError as error:
             raise ParameterError(f"recording {example.id} ({name}): {error}") from error
-        axes, windows, _ = made.shape
-        found.append(made.reshape(axes * windows, -1))
+        axes, windows, _ = transformed.shape
+        spectra.append(transformed.reshape(axes * windows, -1))
         item += [number[name]] * (axes * windows)
-        place += [(recording, axis, window) for axis in range(axes) for window in range(windows)]
+        sources += [(recording, axis, window) for axis in range(axes) for window in range(windows)]
         rated[number[name]] = example.rated
     scores, gaps, means = [], 0, []
-    for name, one in zip(items, rated, strict=True):
-        if one is None or np.isnan(one.means).any():
-            word = "" if one is None else f" for {one.words[int(np.argmax(np.isnan(one.means)))]!r}"
+    for name, rating in zip(items, rated, strict=True):
+        if rating is None or np.isnan(rating.means).any():
+            word = "" if rating is None else f" for {rating.words[int(np.argmax(np.isnan(rating.means)))]!r}"
             raise ParameterError(f"{name}: must be recorded and rated in every word, got no score{word}")
-        complete, lacking = filled(one)
+        complete, lacking = filled(rating)
         scores.append(complete)
-        means.append(one.means)
+        means.append(rating.means)
         gaps += lacking
     return SideSpectra(
-        np.concatenate(found),
+        np.concatenate(spectra),
         np.array(item),
-        np.array(place),
+        np.array(sources),
         tuple(items),
         tuple(example.id for example in examples),
         tuple(scores),
         np.array(means),
-        gaps / sum(one.size for one in scores),
+        gaps / sum(matrix.size for matrix in scores),
     )
 
 

@@ -132,19 +132,19 @@ def clusters_of(tree: NDArray[np.float64], count: int, *, items: int) -> NDArray
         raise ParameterError.must("clusters", f"be at most the {items} surfaces", count)
     if items == 1:
         return np.zeros(1, np.int64)
-    found: NDArray[np.int64] = cut_tree(tree, n_clusters=count)[:, 0].astype(np.int64)
-    return found
+    clusters: NDArray[np.int64] = cut_tree(tree, n_clusters=count)[:, 0].astype(np.int64)
+    return clusters
 
 
 def nearest(means: NDArray[np.float64], scores: NDArray[np.float64]) -> tuple[int, float]:
     """Return the row of ``means``, (item, word), nearest to ``scores``, (word,), and its Euclidean distance."""
     distances = np.linalg.norm(means - scores, axis=1)
-    place = int(np.argmin(distances))
-    return place, float(distances[place])
+    index = int(np.argmin(distances))
+    return index, float(distances[index])
 
 
 def _rms(spectra: NDArray[np.float32]) -> float:
-    found = float(np.sqrt(np.mean(np.square(spectra, dtype=np.float64))))
-    if found == 0:
+    rms = float(np.sqrt(np.mean(np.square(spectra, dtype=np.float64))))
+    if rms == 0:
         raise ParameterError.must("spectra", "not be all 0: the signals have nothing in the band")
-    return found
+    return rms

@@ -104,15 +104,15 @@ class VisualTactileLearner(PictureLearner[Config]):
         """Update both networks; as in pix2pixHD, both losses are of the weights before either update."""
         config = self.config
         labels = self._training_labels(photo, label, crops)  # B, classes
-        made = self.gan.generator(photo, labels)  # B, 1, R, C
+        generated = self.gan.generator(photo, labels)  # B, 1, R, C
         real = self.gan.discriminator(torch.cat((photo, picture), 1))
-        fake = self.gan.discriminator(torch.cat((photo, made.detach()), 1))
+        fake = self.gan.discriminator(torch.cat((photo, generated.detach()), 1))
         loss_d = adversarial_loss(scores(real), real=True) + adversarial_loss(scores(fake), real=False)
         with self.gan.fixed_discriminator():
-            outputs = self.gan.discriminator(torch.cat((photo, made), 1))
+            outputs = self.gan.discriminator(torch.cat((photo, generated), 1))
             adversarial = adversarial_loss(scores(outputs), real=True)
             matching = feature_matching_loss(outputs, real)
-            l1 = F.l1_loss(made, picture)
+            l1 = F.l1_loss(generated, picture)
         self.gan.descend(0, adversarial + config.l1 * l1 + config.feature_matching * matching)
         self.gan.descend(1, loss_d)
         figures = {"discriminator": loss_d, "adversarial": adversarial, "l1": l1, "matching": matching}
@@ -122,10 +122,10 @@ class VisualTactileLearner(PictureLearner[Config]):
         """Return labels, shape (batch, class): true, or predicted once for each crop."""
         if self.predictor is None or self.config.label == "true":
             return F.one_hot(true, len(self.materials)).float().to(photo)
-        new = [place for place, crop in enumerate(crops.tolist()) if crop not in self.labels]
+        new = [number for number, crop in enumerate(crops.tolist()) if crop not in self.labels]
         if new:
-            for place, label in zip(new, self._predicted(photo[new]), strict=True):
-                self.labels[int(crops[place])] = label
+            for index, label in zip(new, self._predicted(photo[new]), strict=True):
+                self.labels[int(crops[index])] = label
         return torch.stack([self.labels[crop] for crop in crops.tolist()])
 
     def _predicted(self, photo: Tensor) -> Tensor:
@@ -162,11 +162,11 @@ class VisualTactileLearner(PictureLearner[Config]):
         if stage.name != "match" or self.bands is None:
             return super().step(stage, batch)
         materials = enumerate(self.kind.by_material(batch).items())
-        self.bands.measure(self._to_match(self.bands, place, *members) for place, members in materials)
+        self.bands.measure(self._to_match(self.bands, index, *members) for index, members in materials)
         return {"band_correction_db": self.bands.correction_db()}
 
     def _to_match(
-        self, levels: BandLevels, place: int, name: str, examples: Sequence[Example]
+        self, levels: BandLevels, index: int, name: str, examples: Sequence[Example]
     ) -> tuple[list[NDArray[np.float32]], list[NDArray[np.float32]]]:
         """Return recordings of a material, (axis, time), and for each a signal of one of its photographs."""
         shortest = 2 * levels.reach + 1
@@ -175,14 +175,14 @@ class VisualTactileLearner(PictureLearner[Config]):
             raise ParameterError(
                 f"match_bands needs recordings of {name} of at least {shortest / self.kind.rate:.3g} s"
             )
-        made = []
+        generated = []
         for number, example in enumerate(some):
             photographs = example.photographs
             condition = {"image": photographs[number % len(photographs)], "material": name}
             seconds = len(example.signal) / self.kind.rate
-            seed = child_seed(0, "match", place, number)
-            made.append(self._unmatched(condition, seconds, seed=seed).samples)
-        return [e.signal.samples for e in some], made
+            seed = child_seed(0, "match", index, number)
+            generated.append(self._unmatched(condition, seconds, seed=seed).samples)
+        return [e.signal.samples for e in some], generated
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         super().load_state(state)

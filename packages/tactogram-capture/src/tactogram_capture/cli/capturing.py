@@ -16,7 +16,7 @@ def _plans(show: Printer) -> None:
 
 
 def _sources_text(sources: list[dict[str, Any]]) -> str:
-    return columns([(one["address"] or f"({one['kind']})", one["missing"] or one["what"]) for one in sources])
+    return columns([(row["address"] or f"({row['kind']})", row["missing"] or row["what"]) for row in sources])
 
 
 def _device_text(facts: dict[str, Any]) -> str:
@@ -45,32 +45,32 @@ def _session_text(result: dict[str, Any]) -> str:
 
 def _log_text(result: dict[str, Any]) -> str:
     lines = [f"{result['path']}{', simulated' if result['simulated'] else ''}"]
-    for one in result["sensors"]:
-        facts, rate = one["facts"], one["facts"]["rate"]
+    for log in result["sensors"]:
+        facts, rate = log["facts"], log["facts"]["rate"]
         measured = (
             "not measured" if rate is None else f"{rate['hz']:.6g} Hz ({rate['low']:.6g}–{rate['high']:.6g})"
         )
         share = facts["lost"] / max(1, facts["lost"] + facts["samples"])
         lines.append(
-            f"{one['name']}: {one['seconds']:.4g} s of {'/'.join(one['axes'])} in {one['unit']} at "
-            f"{one['rate']:.6g} Hz, measured {measured}"
+            f"{log['name']}: {log['seconds']:.4g} s of {'/'.join(log['axes'])} in {log['unit']} at "
+            f"{log['rate']:.6g} Hz, measured {measured}"
         )
         lines.append(
             f"  lost {facts['lost']} samples ({100 * share:.2g} %), rejected {text_of(facts['rejected']) or 0}"
         )
-        if one["filled"] is not None:
-            lines.append(f"  filled {text_of(one['filled'])}")
+        if log["filled"] is not None:
+            lines.append(f"  filled {text_of(log['filled'])}")
         else:
-            lines.append(f"  {len(one['signals'])} pieces between gaps, {one['short']} shorter ones left out")
-        lines += [f"  {signal['file']}" for signal in one["signals"] if signal["file"]]
+            lines.append(f"  {len(log['signals'])} pieces between gaps, {log['short']} shorter ones left out")
+        lines += [f"  {signal['file']}" for signal in log["signals"] if signal["file"]]
     if "data" in result:
         lines.append(f"{result['data']}: {result['added']} added, {result['recordings']} recordings")
     return "\n".join(lines)
 
 
 def _log_notes(result: dict[str, Any]) -> Iterator[str]:
-    for one in result["sensors"]:
-        yield from (Message(note, place=one["name"]) for note in one["facts"].get("notes", ()))
+    for log in result["sensors"]:
+        yield from (Message(note, place=log["name"]) for note in log["facts"].get("notes", ()))
 
 
 WORKFLOWS = "tactogram_capture.workflows"

@@ -80,14 +80,14 @@ class LiveClassifier:
             return
         part = part_examples(store, split, "validation", loaded.as_trained, label=loaded.run.data["label"])
         length = round(self.window_s * loaded.kind.rate)
-        places = [(e, at) for e in part for at in range(0, len(e.signal) - length + 1, length)]
+        places = [(e, start) for e in part for start in range(0, len(e.signal) - length + 1, length)]
         if not places:
             return
         chosen = np.linspace(0, len(places) - 1, min(len(places), CALIBRATED_ON)).astype(int)
-        found = [
+        novelties = [
             self._novelty(index, places[i][0].signal.cut(places[i][1], places[i][1] + length)) for i in chosen
         ]
-        self.threshold, self.calibrated_on = prediction_limit(found), len(found)
+        self.threshold, self.calibrated_on = prediction_limit(novelties), len(novelties)
 
     def _warm_up(self) -> None:
         """Classify noise: the first pass through a network takes many times as long as any other."""

@@ -209,14 +209,14 @@ def check_take(
     ``nominal`` is the rate of the source or the plan, Hz; ``limits.full_scale`` overrides the source's
     ``full_scale``.
     """
-    found = [_length(take, limits, seconds), *_losses(take, limits), _rate(take, limits, nominal)]
+    findings = [_length(take, limits, seconds), *_losses(take, limits), _rate(take, limits, nominal)]
     if take.lost < len(take):
-        found += [
+        findings += [
             _clipping(take, limits, limits.full_scale or full_scale),
             _flat(take),
             _level(take, limits),
         ]
-    return TakeAssessment(tuple(found))
+    return TakeAssessment(tuple(findings))
 
 
 def _length(take: Take, limits: TakeLimits, seconds: float) -> TakeCheck:

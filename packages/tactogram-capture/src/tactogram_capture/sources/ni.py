@@ -83,12 +83,12 @@ class NiSource(DeviceSource):
             device.close()
 
     def _read(self, device: Any, timeout_s: float) -> Block | None:
-        wanted = max(1, min(int(self.form.rate * 0.01), 4096))
+        count = max(1, min(int(self.form.rate * 0.01), 4096))
         available = int(device.in_stream.avail_samp_per_chan)
-        if available < wanted and timeout_s > 0:
+        if available < count and timeout_s > 0:
             # The driver waits for this many, or raises; it keeps the samples received until then.
             try:
-                rows = device.read(number_of_samples_per_channel=wanted, timeout=timeout_s)
+                rows = device.read(number_of_samples_per_channel=count, timeout=timeout_s)
             except self.failures as error:
                 if getattr(error, "error_code", None) != _TIMED_OUT:
                     raise

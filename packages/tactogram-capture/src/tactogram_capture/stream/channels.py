@@ -76,11 +76,11 @@ def split_at_gaps(
             f"time stamps jump {len(jumps)} times over {filled:.3g} values; are the stamps damaged?"
         )
     pieces, start = [], 0
-    for place in jumps:
-        if place > start:
-            pieces.append(samples[:, start:place])
-        pieces.append(np.full((len(samples), int(missing[place])), np.nan, np.float32))
-        start = int(place)
+    for jump in jumps:
+        if jump > start:
+            pieces.append(samples[:, start:jump])
+        pieces.append(np.full((len(samples), int(missing[jump])), np.nan, np.float32))
+        start = int(jump)
     return [*pieces, samples[:, start:]]
 
 

@@ -205,7 +205,7 @@ class BoardColumns:
 
     def samples(self, row: Sequence[float]) -> NDArray[np.float64]:
         """Return the sample in a row, float64, shape (axis, 1), ``unit``."""
-        return np.array([[row[place]] for place in self.places]) * self.factors
+        return np.array([[row[column]] for column in self.places]) * self.factors
 
 
 def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, place: Path) -> BoardColumns:
@@ -215,8 +215,8 @@ def columns_of(head: TableHead, rows: NDArray[np.float64], form: CsvFormat, *, p
     or `UnitError` that ``form`` does not fit the lines.
     """
     table = RawTable(place, head.headings, tuple(rows.T), units=head.units, named=head.named, brief=True)
-    wanted = [name.strip() for name in form.axes.split(",")] if form.axes else None
-    roles = roles_of(table, axes=wanted, time=form.time, rate=form.rate)
+    names = [name.strip() for name in form.axes.split(",")] if form.axes else None
+    roles = roles_of(table, axes=names, time=form.time, rate=form.rate)
     stream, *others = roles.streams
     axes = stream.axes if head.named else default_axes(len(stream.axes))
     if form.axes and not stream.chosen:

@@ -162,14 +162,14 @@ class CsvSource(ByteSource):
         if len(rows) < least:
             return
         try:
-            found = columns_of(self.parser.head(), rows, self.form, place=Path(self._stream.name))
+            columns = columns_of(self.parser.head(), rows, self.form, place=Path(self._stream.name))
         except DataError as error:
             raise self._refusal(error.message) from None
-        self._columns, self._time, self._tick_s = found, found.time, found.tick_s
-        self.axes, self.unit = found.axes, found.unit
-        self.notes = tuple(map(self._advised, found.notes))
-        if self.rate is None and found.period_s is not None:
-            self.rate = 1 / found.period_s
+        self._columns, self._time, self._tick_s = columns, columns.time, columns.tick_s
+        self.axes, self.unit = columns.axes, columns.unit
+        self.notes = tuple(map(self._advised, columns.notes))
+        if self.rate is None and columns.period_s is not None:
+            self.rate = 1 / columns.period_s
 
     def _refusal(self, message: Message) -> DataError:
         return DataError(self._advised(Message(message, place=self._stream.name)))
@@ -180,7 +180,7 @@ class CsvSource(ByteSource):
         def address(remedy: Remedy) -> str:
             port, _, query = self.name.partition("?")
             option = f"{remedy.parameter}="
-            kept = [one for one in query.split("&") if one and not one.startswith(("log=", option))]
+            kept = [part for part in query.split("&") if part and not part.startswith(("log=", option))]
             said = f"`{shlex.quote(f'{port}?' + '&'.join([*kept, f'{option}{remedy.value}']))}`"
             return str(remedy) if remedy.value is None else f"{remedy.advice} {said}"
 

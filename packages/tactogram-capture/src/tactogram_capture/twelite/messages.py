@@ -153,10 +153,10 @@ def decode_payload(payload: bytes, arrival_s: float) -> Packet | OtherPacket | R
 
 def decode_standard(line: str, arrival_s: float) -> Packet | OtherPacket | RejectedLine:
     """Decode a line ``::rc=…``. Its separators are colons; one firmware prints ``;`` before the first z."""
-    found = _STANDARD.fullmatch(line)
-    if found is None:
+    match = _STANDARD.fullmatch(line)
+    if match is None:
         return RejectedLine("standard form")
-    relay, lqi, sequence, sender, battery, adc1, adc2, rest = found.groups()
+    relay, lqi, sequence, sender, battery, adc1, adc2, rest = match.groups()
     mode: Mode
     if _STANDARD_SAMPLES.fullmatch(rest):
         rows = _SAMPLE.findall(rest)
@@ -184,14 +184,14 @@ def decode_columns(line: str, arrival_s: float) -> Packet | ContinuationPacket |
     if further := _CONTINUED.fullmatch(line):
         x, y, z = further.groups()
         return ContinuationPacket((int(x), int(y), int(z)))
-    found = _COLUMNS.fullmatch(line)
-    if found is None:
+    match = _COLUMNS.fullmatch(line)
+    if match is None:
         if _CLOCK.fullmatch(line):
             return OtherPacket("the receiver's clock")
         if _OTHER_COLUMNS.fullmatch(line):
             return OtherPacket("another sensor's line")
         return RejectedLine("columns")
-    clock, relay, lqi, sequence, sender, battery, code, adc1, adc2, first = found.groups()
+    clock, relay, lqi, sequence, sender, battery, code, adc1, adc2, first = match.groups()
     mode = _MODES.get(int(code, 16))
     if mode is None:
         return RejectedLine(f"mode 0x{int(code, 16):02X}")

@@ -79,44 +79,44 @@ class TweliteParser:
             self.bytes_taken += len(line)
             return
         before = 0
-        found: Packet | ContinuationPacket | OtherPacket | RejectedLine
+        decoded: Packet | ContinuationPacket | OtherPacket | RejectedLine
         if text[0] == ";":
-            found = decode_columns(text, arrival_s)
+            decoded = decode_columns(text, arrival_s)
         elif "::" in text:
             before = text.rfind("::")
             rest = text[before:]
-            found = (
+            decoded = (
                 OtherPacket("the receiver's clock") if _is_clock(rest) else decode_standard(rest, arrival_s)
             )
         elif ":" in text:
             before = text.rfind(":")
-            found = decode_hex(text[before + 1 :], arrival_s)
+            decoded = decode_hex(text[before + 1 :], arrival_s)
         else:
-            found = RejectedLine("not a line of any form")
+            decoded = RejectedLine("not a line of any form")
         if text[0] == "*":
-            before, found = 0, OtherPacket("the receiver's greeting")
-        if isinstance(found, ContinuationPacket):
-            self._continue(found, packets, arrival_s, len(line))
+            before, decoded = 0, OtherPacket("the receiver's greeting")
+        if isinstance(decoded, ContinuationPacket):
+            self._continue(decoded, packets, arrival_s, len(line))
             return
-        if before and not isinstance(found, RejectedLine):
+        if before and not isinstance(decoded, RejectedLine):
             # Text before a whole frame is a piece of another one.
             self._reject("unfinished", before)
-        self._take(found, packets, len(line) - (0 if isinstance(found, RejectedLine) else before))
+        self._take(decoded, packets, len(line) - (0 if isinstance(decoded, RejectedLine) else before))
 
-    def _take(self, found: Packet | OtherPacket | RejectedLine, packets: list[Packet], count: int) -> None:
-        if isinstance(found, RejectedLine):
+    def _take(self, decoded: Packet | OtherPacket | RejectedLine, packets: list[Packet], count: int) -> None:
+        if isinstance(decoded, RejectedLine):
             self._break(packets)
-            self._reject(found.why, count)
+            self._reject(decoded.why, count)
             return
         self.bytes_taken += count
-        if isinstance(found, OtherPacket):
-            self.other[found.what] += 1
+        if isinstance(decoded, OtherPacket):
+            self.other[decoded.what] += 1
             return
         self._break(packets)
-        if found.mode == "fifo" and found.form == "semicolon":
-            self._open, self._open_rows = found, []
+        if decoded.mode == "fifo" and decoded.form == "semicolon":
+            self._open, self._open_rows = decoded, []
         else:
-            packets.append(found)
+            packets.append(decoded)
 
     def _continue(
         self, further: ContinuationPacket, packets: list[Packet], arrival_s: float, count: int

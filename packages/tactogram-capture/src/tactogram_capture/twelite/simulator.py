@@ -106,9 +106,9 @@ def write_log(path: Path, receiver: SimulatedReceiver, *, start_s: float = 0.0) 
     """Write what a simulated receiver sends to a new raw log, as if read live; return the number of packets."""
     sent = list(transmissions(receiver))
     with RawLog(path, kind="twelite", address="simulated:twelite", simulated=True) as log:
-        for one in sent:
-            if one.data:
-                log.write(one.data, round(start_s + one.time_s, 6))
+        for packet in sent:
+            if packet.data:
+                log.write(packet.data, round(start_s + packet.time_s, 6))
     return len(sent)
 
 
@@ -186,14 +186,14 @@ def _damaged(data: bytes, share: float, rng: np.random.Generator) -> bytes:
     if not len(hit):
         return data
     pieces, last = [], 0
-    for place in hit:
-        byte = data[place]
+    for index in hit:
+        byte = data[index]
         how = rng.integers(3)
-        pieces.append(data[last:place])
+        pieces.append(data[last:index])
         pieces.append(
             bytes([byte ^ (1 << int(rng.integers(8)))]) if how == 0 else bytes([byte, byte])[: 2 * (how - 1)]
         )
-        last = int(place) + 1
+        last = int(index) + 1
     return b"".join([*pieces, data[last:]])
 
 

@@ -134,10 +134,10 @@ def _lsl() -> ProbeResult:
 
 def _source(kind: str) -> ProbeResult:
     """List the devices of a kind of capture source; none is opened."""
-    found = find_devices(kind)
-    if not found:
+    devices = find_devices(kind)
+    if not devices:
         return "no hardware", "the driver works; no device is connected", {"devices": []}
-    return "works", f"devices: {', '.join(found)}; none was opened", {"devices": list(found)}
+    return "works", f"devices: {', '.join(devices)}; none was opened", {"devices": list(devices)}
 
 
 def _audio() -> ProbeResult:

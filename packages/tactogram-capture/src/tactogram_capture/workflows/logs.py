@@ -98,16 +98,16 @@ def capture_log(
     if sender is not None:
         # As printed on the sensor, or as in its frames and other sources' names.
         spellings = (sender, f"8{sender.upper()[-7:]}")
-        names = ", ".join(one.name for one in logged)
-        logged = [one for one in logged if one.name in spellings]
+        names = ", ".join(log.name for log in logged)
+        logged = [log for log in logged if log.name in spellings]
         if not logged:
             raise ParameterError.must("sender", f"be one of {names}", sender)
     extracted = [
-        _extracted(one, path, rate, most_s=most_s if fill else None, least_s=least_s) for one in logged
+        _extracted(log, path, rate, most_s=most_s if fill else None, least_s=least_s) for log in logged
     ]
     result: dict[str, Any] = {
         "path": str(path),
-        "simulated": any(one.simulated for one in logged),
+        "simulated": any(log.simulated for log in logged),
         "sensors": [report for _, report, _ in extracted],
     }
     if not any(signals for *_, signals in extracted) and (out is not None or data is not None):
@@ -137,39 +137,39 @@ def _read(path: Path, kind: Literal["twelite", "serial"] | None, options: dict[s
 
 
 def _extracted(
-    one: SensorLog, path: Path, rate: float | None, *, most_s: float | None, least_s: float
+    log: SensorLog, path: Path, rate: float | None, *, most_s: float | None, least_s: float
 ) -> Extracted:
     """Return a sensor's signals: one with its gaps of up to ``most_s`` filled, else the pieces of ``least_s``."""
     from tactogram_capture.session.take import rate_of
     from tactogram_capture.stream.gaps import filled, gap_free
 
-    hz = rate_of(None if one.rate is None else one.rate.facts(), rate)
+    hz = rate_of(None if log.rate is None else log.rate.facts(), rate)
     if hz is None:
-        problem = f"has no times, or too few, to measure the rate of {one.name}"
+        problem = f"has no times, or too few, to measure the rate of {log.name}"
         raise DataError(path, problem, remedy=Remedy("give", "rate"))
     how, short = None, 0
     if most_s is not None:
-        signal, how = filled(one.samples, hz, one.unit, one.axes, most_s=most_s)
+        signal, how = filled(log.samples, hz, log.unit, log.axes, most_s=most_s)
         signals = [(0, signal)]
     else:
-        pieces = gap_free(one.samples, hz, one.unit, one.axes)
+        pieces = gap_free(log.samples, hz, log.unit, log.axes)
         signals = [(piece.first_index, piece.signal) for piece in pieces if piece.signal.seconds >= least_s]
         short = len(pieces) - len(signals)
     report: dict[str, Any] = {
-        "name": one.name,
-        "axes": list(one.axes),
-        "unit": one.unit,
-        "samples": one.samples.shape[1],
-        "seconds": one.samples.shape[1] / hz,
+        "name": log.name,
+        "axes": list(log.axes),
+        "unit": log.unit,
+        "samples": log.samples.shape[1],
+        "seconds": log.samples.shape[1] / hz,
         "rate": hz,
-        "facts": one.facts,
+        "facts": log.facts,
         "short": short,
         "filled": how,
         "signals": [
             {"first_index": first, "samples": len(signal), "file": None} for first, signal in signals
         ],
     }
-    return one, report, signals
+    return log, report, signals
 
 
 def _write(out: Path, extracted: list[Extracted], path: Path) -> None:
@@ -177,17 +177,17 @@ def _write(out: Path, extracted: list[Extracted], path: Path) -> None:
 
     several = sum(len(signals) for *_, signals in extracted) > 1
     number = 0
-    for one, report, signals in extracted:
+    for log, report, signals in extracted:
         for listed, (first, signal) in zip(report["signals"], signals, strict=True):
             number += 1
             target = out.with_name(f"{out.stem}-{number:03d}{out.suffix}") if several else out
             metadata = {
                 "source": path.name,
-                "sensor": one.name,
+                "sensor": log.name,
                 "first_index": first,
                 "filled": report["filled"],
-                "simulated": one.simulated,
-                **({"notes": notes} if (notes := one.facts.get("notes")) else {}),
+                "simulated": log.simulated,
+                **({"notes": notes} if (notes := log.facts.get("notes")) else {}),
             }
             write_signal(target, signal, metadata=metadata)
             listed["file"] = str(target)
@@ -200,19 +200,19 @@ def _store(data: Path, extracted: list[Extracted], path: Path, touched: dict[str
     recordings = [
         Recording(
             streams={STREAM_OF_UNIT.get(signal.unit, "signal"): signal},
-            source=f"{path.name}#{one.name}@{first}",
-            labels={"sensor": one.name},
+            source=f"{path.name}#{log.name}@{first}",
+            labels={"sensor": log.name},
             history=(
                 "read from a log",
-                *one.facts.get("notes", ()),
+                *log.facts.get("notes", ()),
                 f"{report['filled']['samples']} samples filled"
                 if report["filled"]
                 else "pieces between gaps",
             ),
-            simulated=one.simulated,
+            simulated=log.simulated,
             **touched,
         )
-        for one, report, signals in extracted
+        for log, report, signals in extracted
         for first, signal in signals
     ]
     before = len(open_store(data)) if data.exists() else 0

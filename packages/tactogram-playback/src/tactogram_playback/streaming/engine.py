@@ -139,7 +139,7 @@ class Engine:
         if self.finger.landing_n > 0:
             self._land(self.finger.landing_n, now_s - self.finger.force_s)
             self.finger.landing_n = 0.0
-        out, one = self._out, self._one
+        out, block = self._out, self._one
         out[:, :count] = 0.0
         step = min(1.0, count / (GLIDE_S * self.rate))
         for i, texture in enumerate(self.textures):
@@ -148,9 +148,9 @@ class Engine:
             self._gains[i] = self._gain(i)
             if before == 0.0 and self._gains[i] == 0.0:
                 continue
-            texture.render(motion, one)
+            texture.render(motion, block)
             _add(
-                one,
+                block,
                 before,
                 self._gains[i],
                 motion.contact,
@@ -192,9 +192,9 @@ class Engine:
             "latency": self.latency.facts(),
         }
 
-    def _gain(self, place: int) -> float:
-        weight = float(self._weights[place])
-        return weight if self.textures[place].holds_at_rest else math.sqrt(weight)
+    def _gain(self, index: int) -> float:
+        weight = float(self._weights[index])
+        return weight if self.textures[index].holds_at_rest else math.sqrt(weight)
 
     def _land(self, strength: float, age_s: float) -> None:
         if strength >= 0:  # not NaN
@@ -226,7 +226,7 @@ def _kind(textures: Sequence[StreamingTexture]) -> tuple[str, tuple[str, ...]]:
 
 @numba.njit(cache=True, nogil=True)
 def _add(
-    one: Block,
+    block: Block,
     before: float,
     after: float,
     contact: Block,
@@ -240,4 +240,4 @@ def _add(
         if not holds:
             gain *= movement[i]
         for a in range(len(out)):
-            out[a, i] += gain * one[a, i]
+            out[a, i] += gain * block[a, i]

@@ -51,8 +51,8 @@ class MouseMotion:
             data = self._rest + read
             whole = len(data) - len(data) % 3
             self._rest = data[whole:]
-            for place in range(0, whole, 3):
-                self._down, dx, dy = mouse_step(data[place : place + 3])
+            for start in range(0, whole, 3):
+                self._down, dx, dy = mouse_step(data[start : start + 3])
                 self._x += dx / self._per_mm
                 self._y += dy / self._per_mm
         return [MotionSample(now_s, now_s, self._x, self._y, math.nan, self._force if self._down else 0.0)]

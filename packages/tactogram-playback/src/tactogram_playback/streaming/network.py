@@ -162,10 +162,10 @@ class NetworkMotion:
 
     def poll(self, now_s: float) -> list[MotionSample | Tap | MixWeights]:
         """Return the messages since the last call."""
-        found = []
+        messages = []
         while self._waiting:
-            found.append(self._waiting.popleft())
-        return found
+            messages.append(self._waiting.popleft())
+        return messages
 
     def send(self, packet: bytes, to: tuple[str, int]) -> None:
         """Send from this port, so that replies come from the address that the sender used."""

@@ -66,13 +66,13 @@ class TextureTable:
         surface = TextureMap(models, surface.conditions, level=surface.level)
         grid_v, grid_f, sampled = models_on_grid(surface, speeds, forces)
         order = max(model.order for model in models)
-        at = [[model.of_order(order) for model in row] for row in sampled]
+        grid = [[model.of_order(order) for model in row] for row in sampled]
         self.grid = TextureGrid(
             grid_v,
             grid_f,
-            np.array([[m.reflection for m in row] for row in at]),
-            np.array([[0.5 * np.log(np.maximum(m.power, 1e-30)) for m in row] for row in at]),
-            np.array([[symmetric_root(m.correlation) for m in row] for row in at]),
+            np.array([[m.reflection for m in row] for row in grid]),
+            np.array([[0.5 * np.log(np.maximum(m.power, 1e-30)) for m in row] for row in grid]),
+            np.array([[symmetric_root(m.correlation) for m in row] for row in grid]),
         )
         self.order = order
         self.rate, self.unit, self.axes = models[0].rate, models[0].unit, models[0].axes
@@ -138,11 +138,11 @@ def _one_axis(model: AutoregressiveModel, axis: str) -> AutoregressiveModel:
         return model
     if axis == "dft321":
         return summed(model)
-    place = model.axes.index(axis)
+    index = model.axes.index(axis)
     return replace(
         model,
-        reflection=model.reflection[place : place + 1],
-        innovation=model.innovation[place : place + 1, place : place + 1],
+        reflection=model.reflection[index : index + 1],
+        innovation=model.innovation[index : index + 1, index : index + 1],
         mean=np.zeros(1),
         axes=(axis,),
     )

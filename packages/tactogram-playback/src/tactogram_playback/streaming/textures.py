@@ -92,8 +92,8 @@ class SurfaceTexture:
 
     def render(self, motion: MotionBlock, out: Block) -> None:
         """Write the next ``motion.count`` samples to ``out``, float32, shape (axis, most)."""
-        place = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self.along]
-        tables = self.nodes, place, motion.speed_mm_s
+        position = {"path": motion.path_mm, "x": motion.x_mm, "y": motion.y_mm}[self.along]
+        tables = self.nodes, position, motion.speed_mm_s
         play_loop(*tables, self.nodes_per_mm, self.samples_per_speed, motion.count, out)
 
 
@@ -217,9 +217,9 @@ class AutoregressiveTexture:
 
 def _sinc(half: int, cutoff: float) -> Array:
     """Return a Kaiser-windowed sinc, shape (PHASES + 1, 2 half): row p is for a place p / PHASES past a sample."""
-    at = np.arange(-half + 1, half + 1) - np.arange(PHASES + 1)[:, None] / PHASES
-    inside = np.clip(1 - (at / half) ** 2, 0, None)
-    kernel = cutoff * np.sinc(cutoff * at) * np.i0(6.0 * np.sqrt(inside)) / np.i0(6.0)
+    offsets = np.arange(-half + 1, half + 1) - np.arange(PHASES + 1)[:, None] / PHASES
+    inside = np.clip(1 - (offsets / half) ** 2, 0, None)
+    kernel = cutoff * np.sinc(cutoff * offsets) * np.i0(6.0 * np.sqrt(inside)) / np.i0(6.0)
     return np.asarray(kernel / kernel.sum(axis=1, keepdims=True))
 
 
@@ -256,7 +256,7 @@ def _resample(
     samples: Array,  # (axis, new)
     history: Array,  # (axis, room), changed in place
     available: int,
-    place: float,
+    position: float,
     ratio: float,
     half: int,
     kernel: Array,  # (PHASES + 1, 2 half)
@@ -271,9 +271,9 @@ def _resample(
     available += new
     taps = 2 * half
     for i in range(count):
-        at = place + i * ratio
-        whole = int(at)
-        phase = (at - whole) * PHASES
+        offset = position + i * ratio
+        whole = int(offset)
+        phase = (offset - whole) * PHASES
         row = int(phase)
         share = phase - row
         for a in range(axes):
@@ -282,13 +282,13 @@ def _resample(
                 weight = (1 - share) * kernel[row, k] + share * kernel[row + 1, k]
                 total += weight * history[a, whole - half + 1 + k]
             out[a, i] = total
-    place += count * ratio
-    done = int(place) - half + 1
+    position += count * ratio
+    done = int(position) - half + 1
     if done > 0:
         done = min(done, available)
         for a in range(axes):
             for i in range(available - done):
                 history[a, i] = history[a, i + done]
         available -= done
-        place -= done
-    return available, place
+        position -= done
+    return available, position

@@ -62,8 +62,8 @@ class Durations:
 
     def add(self, seconds: float) -> None:
         """Count a duration."""
-        place = int(PER_DECADE * math.log10(seconds / SHORTEST_S)) + 1 if seconds > SHORTEST_S else 0
-        self._counts[min(place, len(self._counts) - 1)] += 1
+        index = int(PER_DECADE * math.log10(seconds / SHORTEST_S)) + 1 if seconds > SHORTEST_S else 0
+        self._counts[min(index, len(self._counts) - 1)] += 1
         self.count += 1
         self._sum += seconds
         self.longest_s = max(self.longest_s, seconds)
@@ -73,14 +73,14 @@ class Durations:
         if self.count == 0:
             return math.nan
         reached = np.cumsum(self._counts)
-        place = int(np.searchsorted(reached, share * self.count))
-        return min(self.longest_s, SHORTEST_S * 10 ** (place / PER_DECADE))
+        index = int(np.searchsorted(reached, share * self.count))
+        return min(self.longest_s, SHORTEST_S * 10 ** (index / PER_DECADE))
 
     def facts(self) -> dict[str, float | int | None]:
         """Return ``p50_ms``, ``p99_ms``, ``max_ms`` and ``mean_ms``, None if there are none, and ``count``."""
         seconds = (self.quantile(0.5), self.quantile(0.99), self.longest_s, self._sum / max(1, self.count))
         names = ("p50_ms", "p99_ms", "max_ms", "mean_ms")
-        known = {name: 1e3 * one if self.count else None for name, one in zip(names, seconds, strict=True)}
+        known = {name: 1e3 * time if self.count else None for name, time in zip(names, seconds, strict=True)}
         return {**known, "count": self.count}
 
 

@@ -138,19 +138,19 @@ class ResonanceTracker:
             if len(values) >= MOST_FAILURES and np.isnan(values[-MOST_FAILURES:]).all():
                 raise TrackingError(f"no lock: {FAILED}")
         try:
-            found = fitted_transducer(frequencies, values)
+            fitted = fitted_transducer(frequencies, values)
         except ParameterError as error:
             raise TrackingError(f"no lock: {error}") from None
         # A ripple can be fitted, too; a resonance is distinct from what C0 conducts.
-        if found.q * found.c1_farad / found.c0_farad < 0.5 or not found.q < 1e5:
+        if fitted.q * fitted.c1_farad / fitted.c0_farad < 0.5 or not fitted.q < 1e5:
             raise TrackingError(
                 f"no lock: no distinct resonance in {s.low_hz:g} to {s.high_hz:g} Hz; check the probe and the band"
             )
-        self.fitted = found
-        self._frequency = self._clipped(found.resonance_hz)
+        self.fitted = fitted
+        self._frequency = self._clipped(fitted.resonance_hz)
         value = complex(self._measure(self._frequency))
         # In this order: max returns its first argument if the measurement is NaN.
-        self._at_lock = max(1 / found.r1_ohm / 2, value.real)
+        self._at_lock = max(1 / fitted.r1_ohm / 2, value.real)
         self._before, self._weak, self._failures = math.nan, 0, 0
         return self._logged("lock", self._frequency, value, self._frequency)
 
@@ -191,14 +191,14 @@ class ResonanceTracker:
         write_text(path, text.getvalue())
         return path
 
-    def _estimate(self, found: Transducer) -> tuple[float, complex]:
+    def _estimate(self, fitted: Transducer) -> tuple[float, complex]:
         """Return the estimated distance of the carrier above the resonance, Hz (times the gain), and Y there."""
         s, now = self.settings, self._frequency
-        q = s.q or found.q
+        q = s.q or fitted.q
         half_width = now / (2 * q)
         if s.method == "motional_phase":
             value = complex(self._measure(now))
-            motional = value - 2j * math.pi * now * (s.c0_farad or found.c0_farad)
+            motional = value - 2j * math.pi * now * (s.c0_farad or fitted.c0_farad)
             # tan of the phase is -2 Q (f - f_s) / f_s; beyond 80 degrees only the side is used.
             slope = math.copysign(
                 min(abs(motional.imag), 5.7 * max(motional.real, 1e-15)), motional.imag
@@ -224,7 +224,7 @@ class ResonanceTracker:
     def _clipped(self, frequency: float) -> float:
         return min(max(frequency, self.settings.low_hz), self.settings.high_hz)
 
-    def _logged(self, state: State, at: float, value: complex, then: float) -> TrackPoint:
-        point = TrackPoint(len(self.log), state, at, value.real, value.imag, then)
+    def _logged(self, state: State, frequency_hz: float, value: complex, then: float) -> TrackPoint:
+        point = TrackPoint(len(self.log), state, frequency_hz, value.real, value.imag, then)
         self.log.append(point)
         return point

@@ -137,18 +137,18 @@ class SimulatedBench:
         steps = settling + int(seconds * ENVELOPE_HZ) + 3
         _, total = self._circuit.process(np.full(steps, s.amplitude_v))
         self.clock_s += steps / ENVELOPE_HZ
-        at = (np.arange(steps) - settling) / ENVELOPE_HZ
-        return self._recorded(at, np.full(steps, s.amplitude_v), total, count)
+        times = (np.arange(steps) - settling) / ENVELOPE_HZ
+        return self._recorded(times, np.full(steps, s.amplitude_v), total, count)
 
     def _recorded(
-        self, at: Array, volts: Array, total: NDArray[np.complex128], count: int
+        self, times: Array, volts: Array, total: NDArray[np.complex128], count: int
     ) -> tuple[Array, Array]:
-        """Return ``count`` samples from time 0 on, of amplitudes (V and A) at the times ``at`` (s)."""
+        """Return ``count`` samples from time 0 on, of amplitudes (V and A) at ``times`` (s)."""
         s = self.settings
         t = np.arange(count) / s.rate
         turn = 2j * np.pi * self._carrier_hz
-        voltage = (np.interp(t, at, volts) * np.exp(turn * t)).real
-        current = (np.interp(t, at, total) * np.exp(turn * (t + s.skew_s))).real * s.shunt_ohm
+        voltage = (np.interp(t, times, volts) * np.exp(turn * t)).real
+        current = (np.interp(t, times, total) * np.exp(turn * (t + s.skew_s))).real * s.shunt_ohm
         return self._converted(voltage, s.range_v[0]), self._converted(current, s.range_v[1])
 
     def _converted(self, volts: Array, full_scale: float) -> Array:

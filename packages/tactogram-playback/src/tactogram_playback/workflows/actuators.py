@@ -61,19 +61,19 @@ def calibrate(
 
     if Path(out).suffix != ".toml":
         raise ParameterError.must("out", "end in .toml", out)
-    found = [
-        calibrated(one, confidence=confidence) for one in read_pairs(pairs, normal_force_n=normal_force_n)
+    calibrations = [
+        calibrated(data, confidence=confidence) for data in read_pairs(pairs, normal_force_n=normal_force_n)
     ]
-    constants = [one.newton_per_v2 for one in found]
+    constants = [calibration.newton_per_v2 for calibration in calibrations]
     return {
-        "file": str(write_calibrations(out, found)),
+        "file": str(write_calibrations(out, calibrations)),
         "people": {
-            one.person: {
-                **one.model_dump(mode="json"),
-                "square_law_holds": one.square_law_holds,
-                "settings": one.settings(),
+            calibration.person: {
+                **calibration.model_dump(mode="json"),
+                "square_law_holds": calibration.square_law_holds,
+                "settings": calibration.settings(),
             }
-            for one in found
+            for calibration in calibrations
         },
         "spread": max(constants) / min(constants),
     }
@@ -107,16 +107,16 @@ def transducer(sweep: Path | str) -> dict[str, Any]:
     if frequency.max() < LEAST_HZ:
         problem = f"its frequencies end at {frequency.max():g} Hz, far below ultrasound: are they in kHz?"
         raise ParameterError(sweep, problem)
-    found = fitted_transducer(frequency, admittance)
+    circuit = fitted_transducer(frequency, admittance)
     lost = np.isnan(admittance)
-    away, measured = (found.admittance(frequency) - admittance)[~lost], admittance[~lost]
+    away, measured = (circuit.admittance(frequency) - admittance)[~lost], admittance[~lost]
     return {
-        **{name: getattr(found, name) for name in CIRCUIT},
-        "settling_ms": 1e3 * found.settling_s,
+        **{name: getattr(circuit, name) for name in CIRCUIT},
+        "settling_ms": 1e3 * circuit.settling_s,
         "residual": float(abs(away).max() / abs(measured).max()),
         "points": len(measured),
         "lost": int(lost.sum()),
-        "settings": {"carrier_hz": found.resonance_hz, "q": found.q},
+        "settings": {"carrier_hz": circuit.resonance_hz, "q": circuit.q},
     }
 
 
@@ -197,7 +197,7 @@ def track(
     known = open_display(display).settings
     if not isinstance(known, CarrierSettings):
         raise ParameterError.must("display", "have a carrier at its resonance", display)
-    given = {
+    options = {
         "amps_per_volt": amps_per_volt,
         "volts_per_volt": volts_per_volt,
         "skew_s": skew_s,
@@ -207,7 +207,7 @@ def track(
     simulated = generator == SIMULATED
     tracking = CarrierTracking(
         known,
-        {name: value for name, value in given.items() if value is not None} | dict(changes or {}),
+        {name: value for name, value in options.items() if value is not None} | dict(changes or {}),
         serial=SIMULATED if simulated else serial,
         channel=channel,
         opened=opened or AnalogDiscovery,
@@ -238,19 +238,19 @@ def track(
 
 
 def _result(tracking: CarrierTracking, *, interrupted: bool, simulated: bool) -> dict[str, Any]:
-    found, facts = tracking.tracker.fitted, tracking.facts()
+    fitted, facts = tracking.tracker.fitted, tracking.facts()
     result: dict[str, Any] = {
         **{name: getattr(tracking.measure, name, 0) for name in ("measured", "repeated", "lost")},
         **{name: facts[name] for name in ("steps", "locks")},
         "interrupted": interrupted,
         "simulated": simulated,
     }
-    if found is None or not facts["locks"]:
+    if fitted is None or not facts["locks"]:
         return result
     return result | {
         **{name: facts[name] for name in ("carrier_hz", "lowest_hz", "highest_hz")},
-        **{name: getattr(found, name) for name in ("resonance_hz", "q", "r1_ohm", "c0_farad")},
-        "settings": {"carrier_hz": facts["carrier_hz"], "q": found.q},
+        **{name: getattr(fitted, name) for name in ("resonance_hz", "q", "r1_ohm", "c0_farad")},
+        "settings": {"carrier_hz": facts["carrier_hz"], "q": fitted.q},
     }
 
 

@@ -190,13 +190,13 @@ class CarrierTracking:
         """Return where the carrier was and is, and how often it was measured, as JSON values."""
         followed = [point for point in self.tracker.log if point.state in ("lock", "track", "frozen")]
         visited = [point.next_hz for point in followed]
-        found = self.tracker.fitted
+        fitted = self.tracker.fitted
         return {
             "locked_hz": visited[0] if visited else None,
             "carrier_hz": None if math.isnan(self.tracker.frequency_hz) else self.tracker.frequency_hz,
             "lowest_hz": min(visited, default=None),
             "highest_hz": max(visited, default=None),
-            "q": None if found is None else found.q,
+            "q": None if fitted is None else fitted.q,
             "steps": sum(point.state != "lock" for point in followed),
             "locks": sum(point.state == "lock" for point in followed),
             "skipped": self.skipped,

@@ -43,10 +43,10 @@ def outputs() -> list[dict[str, Any]]:
         ``device`` (as in `play`), ``title``, ``missing`` (one line on what it lacks, or None), ``simulated``
         (no actuator connected).
     """
-    found: list[dict[str, Any]] = []
+    devices: list[dict[str, Any]] = []
 
     def add(device: str, title: str, missing: str | None = None, *, simulated: bool = False) -> None:
-        found.append({"device": device, "title": title, "missing": missing, "simulated": simulated})
+        devices.append({"device": device, "title": title, "missing": missing, "simulated": simulated})
 
     try:
         names = list(sound_cards())
@@ -66,7 +66,7 @@ def outputs() -> list[dict[str, Any]]:
             add("digilent", "Digilent generator, envelopes", "WaveForms works; no Digilent device found")
     except TactogramError as error:
         add("digilent", "Digilent generator, envelopes", str(error))
-    return found
+    return devices
 
 
 def full_scale_of(display: Display, device: str, measured: float | None = None) -> float:
@@ -183,13 +183,13 @@ class Playback:
             block = self._guard.missing(frames)
         else:
             places = (self._at + np.arange(count)) % len(self.drive)
-            wanted = self.drive.samples[:, places] * self._shares(count)
+            samples = self.drive.samples[:, places] * self._shares(count)
             self._at += count
             if self._stop.is_set():
                 self._leaving = True
-                block = self._guard.leaving(wanted)
+                block = self._guard.leaving(samples)
             else:
-                block = self._guard.process(wanted)
+                block = self._guard.process(samples)
             block = np.pad(block, ((0, 0), (0, frames - count)), constant_values=self.display.rest)
         out = np.ascontiguousarray(block.T / np.float32(self.full_scale), dtype=np.float32)
         return self.display.on_card(out)

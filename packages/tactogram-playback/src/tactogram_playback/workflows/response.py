@@ -135,20 +135,20 @@ def write_identified(
             remedy = Remedy("choose one with", "axis")
             raise ParameterError(file, f"has axes {', '.join(recording.axes)}", remedy=remedy)
     low, high = band
-    found = identify(
+    result = identify(
         sweep.select(sweep.axes[0]), recordings[0], band=(low, high), repeats=tuple(recordings[1:])
     )
-    write_response(out, found.frequency, found.response, unit=found.unit, coherence=found.coherence)
-    trusted = found.frequency[found.coherence >= 0.9]
+    write_response(out, result.frequency, result.response, unit=result.unit, coherence=result.coherence)
+    trusted = result.frequency[result.coherence >= 0.9]
     return {
         "file": str(out),
-        "unit": found.unit,
+        "unit": result.unit,
         "band": [low, high],
-        "delay_ms": 1e3 * found.delay_s,
-        "gain_largest": float(np.abs(found.response).max()),
-        "at_hz": float(found.frequency[np.abs(found.response).argmax()]),
-        "coherence_median": float(np.median(found.coherence)),
-        "coherence_least": float(found.coherence.min()),
+        "delay_ms": 1e3 * result.delay_s,
+        "gain_largest": float(np.abs(result.response).max()),
+        "at_hz": float(result.frequency[np.abs(result.response).argmax()]),
+        "coherence_median": float(np.median(result.coherence)),
+        "coherence_least": float(result.coherence.min()),
         "trusted_hz": [float(trusted.min()), float(trusted.max())] if len(trusted) else None,
         "takes": len(recordings),
     }

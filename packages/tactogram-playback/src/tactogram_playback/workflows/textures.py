@@ -77,15 +77,15 @@ def textures_of(
             if not names and len(chosen) > MOST_TEXTURES:
                 remedy = Remedy(f"choose {some_of(offered)}, with", "mix")
                 raise ParameterError(path, f"has {len(chosen)} materials", remedy=remedy)
-            made = [_of_run(run, name, settings, number) for name in chosen]
+            added = [_of_run(run, name, settings, number) for name in chosen]
             simulated = simulated or run.simulated
         else:
             offered = (path.stem,)
-            wanted = not names or path.stem in names
-            made = [_of_file(path, settings, options)] if wanted else []
-            simulated = simulated or bool(wanted and read_metadata(path).get("simulated"))
+            is_chosen = not names or path.stem in names
+            added = [_of_file(path, settings, options)] if is_chosen else []
+            simulated = simulated or bool(is_chosen and read_metadata(path).get("simulated"))
         known += offered
-        textures += made
+        textures += added
     missing = [name for name in names if name not in known]
     if missing:
         name = missing[0]
@@ -102,10 +102,10 @@ def _of_run(run: LoadedRun, name: str, settings: TextureSettings, number: int) -
 
     if settings.speed_mm_s is not None and "speed_mm_s" in run.facts.conditions:
         condition["speed_mm_s"] = settings.speed_mm_s
-    made = next(iter(generate(run, condition, seconds=settings.seconds, seed=settings.seed)))
-    if not isinstance(made, Signal):
+    signal = next(iter(generate(run, condition, seconds=settings.seconds, seed=settings.seed)))
+    if not isinstance(signal, Signal):
         raise ParameterError(f"{run.run.name}: {run.facts.name} makes images; a stream needs signals")
-    return surface_of(name, made, settings, settings.speed_mm_s)
+    return surface_of(name, signal, settings, settings.speed_mm_s)
 
 
 def live_texture(
@@ -121,8 +121,8 @@ def live_texture(
     seed = settings.seed + 1000 * number
     own = surface_seed(seed, condition)
     if run.model.maps:
-        place = int(np.argmax(material_weights(condition, run.kind.materials)))
-        return texture_of_map(name, run.model.maps[place], settings, seed=own)
+        index = int(np.argmax(material_weights(condition, run.kind.materials)))
+        return texture_of_map(name, run.model.maps[index], settings, seed=own)
     ranges = run.model.predicted_ranges
     if not ranges:
         return None
@@ -153,6 +153,6 @@ def surface_of(
     name: str, signal: Signal, settings: TextureSettings, speed_mm_s: float | None
 ) -> SurfaceTexture:
     """Return a signal as a surface; one over time needs the speed at which it was recorded."""
-    one, _ = combined(signal, settings.axes)
+    single_axis, _ = combined(signal, settings.axes)
     speed = speed_mm_s if signal.domain == "time" else None
-    return SurfaceTexture(name, one, rate=settings.rate, speed_mm_s=speed, along=settings.along)
+    return SurfaceTexture(name, single_axis, rate=settings.rate, speed_mm_s=speed, along=settings.along)

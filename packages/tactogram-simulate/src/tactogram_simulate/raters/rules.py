@@ -51,16 +51,16 @@ class TouchCues:
 
 def touch_cues(touched: FingerSlide) -> TouchCues:
     """Return the cues of a touch."""
-    felt = weighted(touched.skin, band=PACINIAN_HZ).samples.astype(np.float64)
-    frequency, power = scipy.signal.periodogram(felt, RATE)
+    vibration = weighted(touched.skin, band=PACINIAN_HZ).samples.astype(np.float64)
+    frequency, power = scipy.signal.periodogram(vibration, RATE)
     total = power.sum(0)
     share = total / max(float(total.sum()), 1e-12)
     lines = float(np.exp(-(share * np.log(share + 1e-12)).sum()))
     mean_hz = float((share * frequency).sum())
     slow, drag = (_slow(x) for x in (touched.skin.samples.astype(np.float64), touched.drag[None]))
-    jolts = float(scipy.stats.kurtosis(felt[0])) if felt[0].std() > 0 else 0.0
+    jolts = float(scipy.stats.kurtosis(vibration[0])) if vibration[0].std() > 0 else 0.0
     return TouchCues(
-        level_db=float(10 * np.log10(max(2 * np.mean(felt**2, axis=1).sum(), 1e-10))),
+        level_db=float(10 * np.log10(max(2 * np.mean(vibration**2, axis=1).sum(), 1e-10))),
         fine=float(1 / (1 + np.exp(-(mean_hz - 150) / 35))),
         irregular=clip(np.log(lines) / np.log(200)),
         impulsive=clip(np.log1p(max(jolts, 0.0)) / np.log(61)),

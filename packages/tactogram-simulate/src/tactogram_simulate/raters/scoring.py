@@ -189,7 +189,7 @@ def _scored(
     for person in people:
         rng = person.rng(session, str(seed))
         before = np.zeros(len(WORDS))
-        for place, number in enumerate(rng.permutation(len(names)), start=1):
+        for position, number in enumerate(rng.permutation(len(names)), start=1):
             item = names[number]
             opinion = judge(person, item, items[item])
             noise = rng.standard_normal(len(WORDS))
@@ -198,14 +198,14 @@ def _scored(
                 # The noise of a yes or no is logistic, so that the share of yes is the logistic of the opinion.
                 scores = (opinion + np.log(1 / rng.random(len(WORDS)) - 1) > 0).astype(float)
             else:
-                away = (opinion - 4) * person.spread * (1 - WARMING * np.exp(-(place - 1) / WARMING_ITEMS))
+                away = (opinion - 4) * person.spread * (1 - WARMING * np.exp(-(position - 1) / WARMING_ITEMS))
                 score = 4 + person.lean + away - CONTRAST * before + NOISE * noise
                 scores, before = np.clip(np.round(score), 1, 7), away
             rows += [
-                (person.name, item, word, float(score), place)
+                (person.name, item, word, float(score), position)
                 for word, score, absent in zip(WORDS, scores, missing, strict=True)
                 if not absent
             ]
-    raters, rated, words, given, order = zip(*rows, strict=True)
+    raters, rated, words, values, order = zip(*rows, strict=True)
     sessions = (session,) * len(rows)
-    return Ratings(raters, rated, words, np.array(given), scale, np.array(order), sessions, WORDS)
+    return Ratings(raters, rated, words, np.array(values), scale, np.array(order), sessions, WORDS)

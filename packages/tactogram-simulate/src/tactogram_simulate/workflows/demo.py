@@ -177,11 +177,11 @@ def photos_figure(photos: Mapping[str, Image]) -> Figure:
     rows = -(-len(photos) // columns)
     figure = Figure(figsize=(9, 1.95 * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for place in grid:
-        place.axis("off")
-    for place, (name, image) in zip(grid, photos.items(), strict=False):
-        place.imshow(image.pixels)
-        place.set_title(name, fontsize=8)
+    for axes in grid:
+        axes.axis("off")
+    for axes, (name, image) in zip(grid, photos.items(), strict=False):
+        axes.imshow(image.pixels)
+        axes.set_title(name, fontsize=8)
     return figure
 
 
@@ -221,9 +221,9 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
     unknown = next(info.id for info in store.index if info.material == UNKNOWN)
     rows = []
     for id, name in ((known, tests[known].material), (unknown, UNKNOWN)):
-        found = search(classifier, store.signal(id, "acceleration"), count=3)
-        nearest = ", ".join(f"{n['material']} ({n['distance']:.3f})" for n in found["nearest"])
-        rows.append((name, nearest, "none of these" if found["none_of_these"] else "known"))
+        result = search(classifier, store.signal(id, "acceleration"), count=3)
+        nearest = ", ".join(f"{n['material']} ({n['distance']:.3f})" for n in result["nearest"])
+        rows.append((name, nearest, "none of these" if result["none_of_these"] else "known"))
     facts = _none_of_these_text(classifier)
     return ReportSection(
         "What is it like?",

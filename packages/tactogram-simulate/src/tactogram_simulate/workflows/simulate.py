@@ -105,7 +105,7 @@ def simulate_to_store(
         own_images=not photographs,
         random=random,
     )
-    given = {
+    options = {
         "per-class": per_class,
         "seconds": seconds,
         "rate": rate,
@@ -119,7 +119,7 @@ def simulate_to_store(
         [f"tactogram data simulate {set_name} --seed {seed}"]
         + [
             f"--{name} {value}" if isinstance(value, str) else f"--{name} {value:g}"
-            for name, value in given.items()
+            for name, value in options.items()
             if value is not None
         ]
     )

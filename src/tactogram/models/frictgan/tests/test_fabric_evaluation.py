@@ -44,7 +44,7 @@ def test_a_flat_line_has_the_ripples_variance():
 
 def test_what_the_paper_calls_the_average_is_the_sum_over_fabrics():
     figures = evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None)["coarse"]
-    whole = summary({str(place): replace(figures, mse=mse) for place, mse in enumerate(FABRICS)})
+    whole = summary({str(number): replace(figures, mse=mse) for number, mse in enumerate(FABRICS)})
     assert whole["mse_sum"] == pytest.approx(0.035)
     assert whole["mse"] == pytest.approx(0.007)
     assert whole["mse_flat"] == pytest.approx(figures.mse_flat)

@@ -27,8 +27,8 @@ def fabric(name, seed):
     noise = gaussian_filter(random.standard_normal((64, 128, 3)), (1, 1, 0))
     pixels = np.clip(seen[None, :, None] + 10 * noise, 0, 255).astype(np.uint8)
     x = np.arange(round(12.8 * RATE)) / RATE
-    felt = LEVEL[name] * (1 + 0.2 * np.sin(2 * np.pi * x / PERIOD_MM[name] + phase))
-    signal = Signal(felt, RATE, "1", ("along",), "displacement")
+    friction = LEVEL[name] * (1 + 0.2 * np.sin(2 * np.pi * x / PERIOD_MM[name] + phase))
+    signal = Signal(friction, RATE, "1", ("along",), "displacement")
     return Example(f"{name}-{seed}", signal, name, {"image": Image(pixels, MM_PER_PIXEL)})
 
 
@@ -62,9 +62,9 @@ def learner(seed=0, **changes):
 
 
 def trained(**changes):
-    made = learner(**changes)
-    fit(made, EXAMPLES, seed=0)
-    return made
+    gan = learner(**changes)
+    fit(gan, EXAMPLES, seed=0)
+    return gan
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_played_at_a_speed_it_lasts_as_long_as_asked(model, speed):
 
 def test_what_resampling_rings_is_not_below_zero(model, monkeypatch):
     steps = np.tile(np.repeat(np.float32([0, 1]), 8), (1, 40))
-    monkeypatch.setattr(model, "_along", lambda *given: steps)
+    monkeypatch.setattr(model, "_along", lambda *args: steps)
     for speed in (None, 5.0, 80.0):
         condition = {**EXAMPLES[0].condition, **({"speed_mm_s": speed} if speed else {})}
         assert model.generate(condition, seed=1).samples.min() == 0
@@ -138,38 +138,38 @@ def test_signals_below_zero_are_refused_with_what_to_do():
 
 
 def test_epochs_are_passes_over_the_training_windows():
-    made = learner(steps=None, epochs=3)
-    assert len(made.pairs(EXAMPLES)) == 4 * 9  # 64 columns hold windows at 0, 4, …, 32
-    assert made.stages(EXAMPLES)[-1].steps == 3 * 9
+    gan = learner(steps=None, epochs=3)
+    assert len(gan.pairs(EXAMPLES)) == 4 * 9  # 64 columns hold windows at 0, 4, …, 32
+    assert gan.stages(EXAMPLES)[-1].steps == 3 * 9
 
 
 @pytest.mark.parametrize(
     ("changes", "pairs"), [({}, 8), ({"critic_updates": 5}, 20), ({"adversarial": 0.0}, 4)]
 )
 def test_a_step_takes_a_batch_for_each_update_of_the_critic(changes, pairs):
-    made = learner(**changes)
-    photo, friction, _ = next(made.batches(made.stages(EXAMPLES)[-1], EXAMPLES, seed=0))
+    gan = learner(**changes)
+    photo, friction, _ = next(gan.batches(gan.stages(EXAMPLES)[-1], EXAMPLES, seed=0))
     assert len(photo) == len(friction) == pairs
 
 
 def test_cross_entropy_of_the_authors_code():
-    made = learner(loss="cross-entropy", latent=0, noise=0, first_norm=False)
-    fit(made, EXAMPLES, seed=0)
-    batch = made.pairs(EXAMPLES).batch(range(4))
-    figures = made._update_critic(batch.photo, made.as_learned(batch.friction))
+    gan = learner(loss="cross-entropy", latent=0, noise=0, first_norm=False)
+    fit(gan, EXAMPLES, seed=0)
+    batch = gan.pairs(EXAMPLES).batch(range(4))
+    figures = gan._update_critic(batch.photo, gan.as_learned(batch.friction))
     assert figures["critic_loss"] == pytest.approx(
         2 * np.log(2), abs=0.1
     )  # weights of at most 0.01 cannot tell yet
 
 
 def test_learns_which_fabric_has_which_level_and_ripple():
-    made = trained(steps=150, scale="log", adversarial=0.0, noise=0, batch_size=8, learning_rate=5e-4)
-    levels = {e.id: float(made.generate(e.condition, seed=0).samples.mean()) for e in EXAMPLES}
+    gan = trained(steps=150, scale="log", adversarial=0.0, noise=0, batch_size=8, learning_rate=5e-4)
+    levels = {e.id: float(gan.generate(e.condition, seed=0).samples.mean()) for e in EXAMPLES}
     assert levels["coarse-0"] == pytest.approx(0.6, abs=0.15)
     assert levels["fine-0"] == pytest.approx(0.3, abs=0.15)
     for part in ("train", "test"):
-        pairs = made.pairs(EXAMPLES, part)
-        spectra, real = made.spectra(pairs.batch([pairs.of(0)[0], pairs.of(2)[0]]))
+        pairs = gan.pairs(EXAMPLES, part)
+        spectra, real = gan.spectra(pairs.batch([pairs.of(0)[0], pairs.of(2)[0]]))
         peaks = 5 + spectra[:, 0, 5:].mean(-1).argmax(-1)
         np.testing.assert_allclose(peaks, 5 + real[:, 0, 5:].mean(-1).argmax(-1), atol=1)
 
@@ -189,14 +189,14 @@ def test_a_resumed_training_judges_the_same_windows(model):
 def test_one_photograph_gives_one_spectrogram_per_axis():
     kind = SignalKind(500.0, "m/s^2", ("x", "y", "z"), ("a",))
     signal = Signal(np.random.default_rng(0).standard_normal((3, 600)), 500.0, "m/s^2")
-    made = FrictGANLearner(config(nonnegative=False, protocol="examples"), kind, seed=0)
+    gan = FrictGANLearner(config(nonnegative=False, protocol="examples"), kind, seed=0)
     example = Example("a", signal, "a", {"image": EXAMPLES[0].condition["image"]})
-    fit(made, [example], seed=0)
-    given = made.generate(example.condition, seconds=1.1, seed=0)
-    kind.check(given)
-    assert len(given) == 550
+    fit(gan, [example], seed=0)
+    generated = gan.generate(example.condition, seconds=1.1, seed=0)
+    kind.check(generated)
+    assert len(generated) == 550
     with pytest.raises(ParameterError, match="over time, at the speeds"):
-        made.generate({**example.condition, "speed_mm_s": 30.0}, seed=0)
+        gan.generate({**example.condition, "speed_mm_s": 30.0}, seed=0)
 
 
 def test_eval_does_not_depend_on_what_stands_beside(model):
@@ -208,20 +208,20 @@ def test_eval_does_not_depend_on_what_stands_beside(model):
 
 
 def test_learning_rates_fall_to_0_after_their_constant_share():
-    made = learner(constant=0.5, learning_rate=4e-4, critic_learning_rate=2e-4)
+    gan = learner(constant=0.5, learning_rate=4e-4, critic_learning_rate=2e-4)
     for done, factor in ((0.0, 1.0), (0.5, 1.0), (0.75, 0.5), (0.95, 0.1)):
-        made.lower_rates(done, constant=made.config.constant)
-        rates = [optimiser.param_groups[0]["lr"] for optimiser in made.optimisers]
+        gan.lower_rates(done, constant=gan.config.constant)
+        rates = [optimiser.param_groups[0]["lr"] for optimiser in gan.optimisers]
         assert rates == pytest.approx([4e-4 * factor, 2e-4 * factor])
 
 
 def test_a_mix_lies_between_its_photographs():
-    made = learner()
-    made.step(made.stages(EXAMPLES)[0], (EXAMPLES,))
-    photo = made.pairs(EXAMPLES).batch([0, len(made.pairs(EXAMPLES)) - 1]).photo
+    gan = learner()
+    gan.step(gan.stages(EXAMPLES)[0], (EXAMPLES,))
+    photo = gan.pairs(EXAMPLES).batch([0, len(gan.pairs(EXAMPLES)) - 1]).photo
     one, other = photo[:1], photo[1:]
-    assert torch.equal(made.mixed(one, other, 0.0), made.mixed(one))
-    assert torch.allclose(made.mixed(one, other, 1.0), made.mixed(other))
-    half = made.mixed(one, other, 0.5)
-    assert not torch.allclose(half, made.mixed(one))
-    assert torch.allclose(half, made.mixed(other, one, 0.5))
+    assert torch.equal(gan.mixed(one, other, 0.0), gan.mixed(one))
+    assert torch.allclose(gan.mixed(one, other, 1.0), gan.mixed(other))
+    half = gan.mixed(one, other, 0.5)
+    assert not torch.allclose(half, gan.mixed(one))
+    assert torch.allclose(half, gan.mixed(other, one, 0.5))

@@ -12,13 +12,13 @@ PAPER = Config()
 
 def shapes(network, *inputs):
     """The shape of what each layer gives, at the published size, without computing it."""
-    found = []
+    sizes = []
     for layer in network.modules():
         if isinstance(layer, nn.Conv2d | nn.ConvTranspose2d | nn.Linear):
-            layer.register_forward_hook(lambda module, given, out: found.append(tuple(out.shape[1:])))
+            layer.register_forward_hook(lambda module, arguments, out: sizes.append(tuple(out.shape[1:])))
     with torch.no_grad():
         network(*inputs)
-    return found
+    return sizes
 
 
 @pytest.fixture(scope="module")
@@ -77,6 +77,6 @@ def test_a_photograph_is_cropped_to_its_middle_or_pooled():
 def test_output_is_never_negative():
     small = Config(pixels=32, n_fft=64, hop=16, frames=9, channels=(4, 4, 4), strides=(2, 2, 4), up_strides=(4, 2, 2),
                    match="pool", wide=1)  # fmt: skip
-    made = Generator(small)(torch.randn(3, 3, 32, 32), torch.randn(3, 50))
-    assert made.shape == (3, 1, 33, 9)
-    assert float(made.detach().min()) >= 0
+    output = Generator(small)(torch.randn(3, 3, 32, 32), torch.randn(3, 50))
+    assert output.shape == (3, 1, 33, 9)
+    assert float(output.detach().min()) >= 0

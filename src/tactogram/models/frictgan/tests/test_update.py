@@ -22,9 +22,9 @@ SMALL = {
 
 
 def learner(**changes):
-    made = FrictGANLearner(Config(**SMALL, **changes), KIND, seed=0)
-    made.as_learned = lambda spectra: spectra  # batches hold spectrograms here, not the friction they are of
-    return made
+    gan = FrictGANLearner(Config(**SMALL, **changes), KIND, seed=0)
+    gan.as_learned = lambda spectra: spectra  # batches hold spectrograms here, not the friction they are of
+    return gan
 
 
 def batch(number):
@@ -48,13 +48,13 @@ class Plain:
         return self.g(photo, torch.randn(len(photo), 3))
 
     def update_critic(self, photo, real):
-        made = self.made(photo).detach()
-        real, made = self.d(photo, real), self.d(photo, made)
+        fake = self.made(photo).detach()
+        real, fake = self.d(photo, real), self.d(photo, fake)
         if self.wasserstein:
-            figures = {"wasserstein": real.mean() - made.mean()}
+            figures = {"wasserstein": real.mean() - fake.mean()}
             loss = -figures["wasserstein"]
         else:
-            loss = -torch.sigmoid(real).log().mean() - (1 - torch.sigmoid(made)).log().mean()
+            loss = -torch.sigmoid(real).log().mean() - (1 - torch.sigmoid(fake)).log().mean()
             figures = {"critic_loss": loss}
         self.d_step.zero_grad()
         loss.backward()
@@ -65,8 +65,8 @@ class Plain:
         return {name: value.item() for name, value in figures.items()}
 
     def update_generator(self, photo, real):
-        made = self.made(photo)
-        score, l1 = self.d(photo, made), (made - real).abs().mean()
+        fake = self.made(photo)
+        score, l1 = self.d(photo, fake), (fake - real).abs().mean()
         adversarial = -score.mean() if self.wasserstein else -torch.sigmoid(score).log().mean()
         self.g_step.zero_grad()
         (adversarial + 100 * l1).backward()

@@ -49,14 +49,14 @@ def test_a_new_photograph_is_taken_for_its_own_material(material):
 
 
 def test_what_comes_out_was_recorded_there():
-    made = trained().generate({"image": photograph("tile", 100)}, seconds=2.0, seed=1)
+    signal = trained().generate({"image": photograph("tile", 100)}, seconds=2.0, seed=1)
     recorded = np.hstack([e.signal.samples for e in TRAINING if e.material == "tile"])[0]
     windows = np.lib.stride_tricks.sliding_window_view(recorded, 50)
-    found = [
-        np.abs(windows - made.samples[0, i : i + 50]).max(axis=1).min() < 1e-6 for i in range(0, 1900, 10)
+    matches = [
+        np.abs(windows - signal.samples[0, i : i + 50]).max(axis=1).min() < 1e-6 for i in range(0, 1900, 10)
     ]
-    assert np.mean(found) > 0.75
-    assert (made.seconds, made.unit) == (2.0, "m/s^2")
+    assert np.mean(matches) > 0.75
+    assert (signal.seconds, signal.unit) == (2.0, "m/s^2")
 
 
 def test_materials_without_a_photograph_are_named():

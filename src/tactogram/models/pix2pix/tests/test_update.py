@@ -37,17 +37,17 @@ def test_an_update_is_equations_1_to_4_with_lambda_100():
     g, d = deepcopy(ours.gan.generator), deepcopy(ours.gan.discriminator)
     g_adam, d_adam = (torch.optim.Adam(n.parameters(), lr=2e-4, betas=(0.5, 0.999)) for n in (g, d))
     for number, share in ((0, 1.0), (4, 1.0), (6, 0.5)):
-        given = _, photo, picture, *_ = batch(number)
+        inputs = _, photo, picture, *_ = batch(number)
         torch.manual_seed(number)  # of dropout
-        figures = ours.step(Stage("gan", STEPS), given)
+        figures = ours.step(Stage("gan", STEPS), inputs)
         torch.manual_seed(number)
         g.train(), d.train()
-        made = g(photo)
-        real, fake = (torch.sigmoid(d(torch.cat((photo, x), 1))[-1]) for x in (picture, made.detach()))
+        generated = g(photo)
+        real, fake = (torch.sigmoid(d(torch.cat((photo, x), 1))[-1]) for x in (picture, generated.detach()))
         loss_d = -(real.log().mean() + (1 - fake).log().mean()) / 2
         slopes_d = descend(d_adam, loss_d, share)
-        adversarial = -torch.sigmoid(d(torch.cat((photo, made), 1))[-1]).log().mean()
-        l1 = (made - picture).abs().mean()
+        adversarial = -torch.sigmoid(d(torch.cat((photo, generated), 1))[-1]).log().mean()
+        l1 = (generated - picture).abs().mean()
         slopes_g = descend(g_adam, adversarial + 100 * l1, share)
         assert figures == pytest.approx(
             {"discriminator": loss_d.item(), "adversarial": adversarial.item(), "l1": l1.item()}

@@ -21,8 +21,8 @@ SMALL = {"generator_width": 3, "downsamplings": 2, "blocks": 1, "discriminators"
 class SquaredDistance(nn.Module):
     """Stands for VGG-19."""
 
-    def forward(self, made, real):
-        return (made - real).square().mean()
+    def forward(self, generated, real):
+        return (generated - real).square().mean()
 
 
 def batch(number):
@@ -49,10 +49,10 @@ def test_an_update_is_least_squares_and_10_feature_matching_and_10_perceptual(pe
     g, d = deepcopy(ours.gan.generator), deepcopy(ours.gan.discriminator)
     adams = [torch.optim.Adam(n.parameters(), lr=2e-4, betas=(0.5, 0.999)) for n in (g, d)]
     for number, share in ((0, 1.0), (4, 1.0), (6, 0.5)):
-        given = _, photo, picture, *_ = batch(number)
-        figures = ours.step(Stage("gan", STEPS), given)
-        made = g(photo)
-        real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
+        inputs = _, photo, picture, *_ = batch(number)
+        figures = ours.step(Stage("gan", STEPS), inputs)
+        generated = g(photo)
+        real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, generated.detach(), generated))
         layers = [(outputs[k][layer], real[k][layer]) for k in (0, 1) for layer in (0, 1, 2)]
         losses = {
             "discriminator": (squares(real, 1) + squares(fake, 0)) / 2,
@@ -61,7 +61,7 @@ def test_an_update_is_least_squares_and_10_feature_matching_and_10_perceptual(pe
         }
         loss_g = losses["adversarial"] + 10 * losses["matching"]
         if perceptual:
-            losses["perceptual"] = (made - picture).square().mean()
+            losses["perceptual"] = (generated - picture).square().mean()
             loss_g = loss_g + 10 * losses["perceptual"]
         expected = gradients(loss_g, g), gradients(losses["discriminator"], d)
         for network, adam, slopes in zip((g, d), adams, expected, strict=True):

@@ -16,7 +16,7 @@ def image(seed, rows=48, columns=64):
 def test_without_a_trunk_they_are_those_of_colour_and_texture():
     features, images = ImageFeatures("none", 224), [image(0), image(1, rows=40)]
     features.prepare()
-    expected = [descriptor(one) for one in images]
+    expected = [descriptor(photo) for photo in images]
     np.testing.assert_array_equal(features(images), expected)
     assert features.blocks == (len(expected[0]),)
     assert (features.used, features.state()) == ("none", {"used": "none", "weights": {}})

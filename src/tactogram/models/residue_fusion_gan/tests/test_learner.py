@@ -20,8 +20,8 @@ def test_fusion_without_a_residue_leaves_the_generator_as_it_is():
 def test_published_size_takes_densenets_maps():
     with torch.device("meta"):
         network = generator(Config(), 1920)
-        made = network(torch.empty(2, 1, 256, 256), torch.empty(2, 1920, 8, 8))
-    assert made.shape == (2, 1, 256, 256)
+        output = network(torch.empty(2, 1, 256, 256), torch.empty(2, 1920, 8, 8))
+    assert output.shape == (2, 1, 256, 256)
     fused = 1920 * 512 + 512 + 9 * 1024 * 512 + 512 + 9 * 512 * 512 + 512
     assert sum(p.numel() for p in network.parameters()) == 54_407_809 + fused
 

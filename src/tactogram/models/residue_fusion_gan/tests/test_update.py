@@ -22,8 +22,8 @@ SMALL = {"widths": (4, 6, 6), "width": 4, "layers": 2, "batch_size": 3}
 class SquaredDistance(nn.Module):
     """Stands for VGG-19."""
 
-    def forward(self, made, real):
-        return (made - real).square().mean()
+    def forward(self, generated, real):
+        return (generated - real).square().mean()
 
 
 def batch(number):
@@ -46,10 +46,10 @@ class Plain:
         return self.d(torch.cat((photo, picture), 1))[-1].mean((1, 2, 3))
 
     def update_critic(self, photo, picture):
-        made = self.g(photo, self.maps(photo)).detach()
-        distance = self.score(photo, picture).mean() - self.score(photo, made).mean()
+        generated = self.g(photo, self.maps(photo)).detach()
+        distance = self.score(photo, picture).mean() - self.score(photo, generated).mean()
         epsilon = torch.rand(len(photo))[:, None, None, None]
-        between = (epsilon * picture + (1 - epsilon) * made).requires_grad_()
+        between = (epsilon * picture + (1 - epsilon) * generated).requires_grad_()
         (slope,) = torch.autograd.grad(self.score(photo, between).sum(), between, create_graph=True)
         penalty = ((slope.square().sum((1, 2, 3)).sqrt() - 1) ** 2).mean()
         self.d_adam.zero_grad()
@@ -58,15 +58,15 @@ class Plain:
         return {"wasserstein": distance.item(), "penalty": penalty.item()}
 
     def update_generator(self, photo, picture, *, perceptual):
-        made = self.g(photo, self.maps(photo))
-        outputs, real = (self.d(torch.cat((photo, x), 1)) for x in (made, picture))
+        generated = self.g(photo, self.maps(photo))
+        outputs, real = (self.d(torch.cat((photo, x), 1)) for x in (generated, picture))
         losses = {
             "adversarial": -outputs[-1].mean(),
             "matching": sum((a - b).abs().mean() for a, b in zip(outputs[:3], real[:3], strict=True)) / 3,
         }
         loss = losses["adversarial"] + 40 * losses["matching"]
         if perceptual:
-            losses["perceptual"] = (made - picture).square().mean()
+            losses["perceptual"] = (generated - picture).square().mean()
             loss = loss + 10 * losses["perceptual"]
         self.g_adam.zero_grad()
         loss.backward()
@@ -86,9 +86,9 @@ def test_a_step_is_five_critic_updates_and_one_of_the_generator(perceptual):
     plain = Plain(deepcopy(ours.gan.discriminator), deepcopy(ours.gan.generator), trunk.maps)
     before = deepcopy(ours.predictor.bare.state_dict())
     for number in (0, 3):
-        given = _, photo, picture, *_ = batch(number)
+        inputs = _, photo, picture, *_ = batch(number)
         torch.manual_seed(number)  # of the places between
-        figures = ours.step(Stage("gan", STEPS), given)
+        figures = ours.step(Stage("gan", STEPS), inputs)
         torch.manual_seed(number)
         expected = {}
         for part in (slice(3 * update, 3 * update + 3) for update in range(5)):

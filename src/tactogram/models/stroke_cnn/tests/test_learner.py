@@ -81,8 +81,8 @@ def test_a_training_resumed_in_any_stage_equals_the_whole(stage):
     resumed.set_validation(unseen)
     kept = {}
 
-    def keep(position, at, losses):
-        if (at.name, position.step) == (stage, 5):
+    def keep(position, current, losses):
+        if (current.name, position.step) == (stage, 5):
             kept.update(place=position, state=copy.deepcopy(whole.state()))
 
     fit(whole, data, seed=0, on_step=keep)

@@ -26,13 +26,13 @@ def config(values=SMALL, **changes):
 
 def examples(scale=1.0, length=1800, per_class=2):
     """Simulated: noise through a filter per material, each with its own level."""
-    found = []
+    data = []
     for number, (name, taps) in enumerate(COLOURS.items()):
         for take in range(per_class):
             noise = np.random.default_rng(10 * number + take).standard_normal((2, length + 200))
             x = 0.3 * (number + 1) * lfilter([1], taps, noise)[:, 200:] + [[0.0], [9.81]]
-            found.append(Example(f"{name}-{take}", Signal(scale * x, RATE, "m/s^2", AXES), name))
-    return found
+            data.append(Example(f"{name}-{take}", Signal(scale * x, RATE, "m/s^2", AXES), name))
+    return data
 
 
 def learner(values=SMALL, **changes):
@@ -41,9 +41,9 @@ def learner(values=SMALL, **changes):
 
 
 def trained(values=SMALL, data=None, **changes):
-    made = learner(values, **changes)
-    fit(made, data or examples(), seed=0)
-    return made
+    gan = learner(values, **changes)
+    fit(gan, data or examples(), seed=0)
+    return gan
 
 
 @cache
@@ -70,8 +70,8 @@ def test_forty_epochs_are_as_many_updates_as_stated(recipe, critic):
     recording = Signal(np.zeros((1, 4000)), RATE, "m/s^2", ("x",))
     kind = SignalKind(RATE, "m/s^2", ("x",), ("tile",), simulated=True)
     values = Recipe.load(find("stroke_gan").recipe(recipe)).config
-    made = StrokeGANLearner(config(values, channels=(4, 2, 2, 2, 2)), kind, seed=0)
-    stage = made.stages([Example(str(take), recording, "tile") for take in range(180)])[-1]
+    gan = StrokeGANLearner(config(values, channels=(4, 2, 2, 2, 2)), kind, seed=0)
+    stage = gan.stages([Example(str(take), recording, "tile") for take in range(180)])[-1]
     assert stage.total_updates == {"critic": critic, "generator": 2 * critic}
 
 
@@ -80,23 +80,23 @@ def test_the_order_of_updates_is_that_of_the_recipe(recipe, expected):
     from tactogram.models import find
 
     values = Recipe.load(find("stroke_gan").recipe(recipe)).config
-    made = learner(SMALL | values)
+    gan = learner(SMALL | values)
     data = examples()
-    stage = made.stages(data)[-1]
-    made.step(Stage("fit", 1), data)
+    stage = gan.stages(data)[-1]
+    gan.step(Stage("fit", 1), data)
     order = []
-    for letter, optimiser in zip("GD", made.optimisers, strict=True):
+    for letter, optimiser in zip("GD", gan.optimisers, strict=True):
         optimiser.register_step_post_hook(lambda *_, letter=letter: order.append(letter))
-    made.step(stage, next(made.batches(stage, data, seed=0)))
+    gan.step(stage, next(gan.batches(stage, data, seed=0)))
     assert "".join(order) == expected
 
 
 def test_nothing_is_clipped_unless_asked_for_and_then_said():
-    made = learner()
-    figures = made.step(Stage("fit", 1), examples())
+    gan = learner()
+    figures = gan.step(Stage("fit", 1), examples())
     assert figures["clipped_share"] == 0
     assert set(figures) == {"scale_x", "scale_y", "clipped_share"}
-    largest = max(np.abs(e.signal.samples[0] - made.scaling.offset[0]).max() for e in examples())
+    largest = max(np.abs(e.signal.samples[0] - gan.scaling.offset[0]).max() for e in examples())
     assert figures["scale_x"] == pytest.approx(largest)
     figures = learner(within_range=0.99).step(Stage("fit", 1), examples())
     assert figures["scale_x"] < largest
@@ -104,25 +104,25 @@ def test_nothing_is_clipped_unless_asked_for_and_then_said():
 
 
 def test_scaling_goes_both_ways():
-    made, (one, *_) = learner(), examples()
-    made.step(Stage("fit", 1), examples())
-    scaled = made.scaling.scaled(one.signal.samples)
+    gan, (first, *_) = learner(), examples()
+    gan.step(Stage("fit", 1), examples())
+    scaled = gan.scaling.scaled(first.signal.samples)
     assert np.abs(scaled).max() <= 1
-    np.testing.assert_allclose(made.scaling.unscaled(scaled).samples, one.signal.samples, atol=1e-5)
+    np.testing.assert_allclose(gan.scaling.unscaled(scaled).samples, first.signal.samples, atol=1e-5)
 
 
 def test_labels_are_learned():
-    made = trained(steps=40, learning_rate=2e-3)
-    levels = {name: made.generate({"material": name}, seconds=3, seed=0).samples[0].std() for name in COLOURS}
+    gan = trained(steps=40, learning_rate=2e-3)
+    levels = {name: gan.generate({"material": name}, seconds=3, seed=0).samples[0].std() for name in COLOURS}
     assert len({round(float(level), 4) for level in levels.values()}) == 3
 
 
 def test_latent_decides_the_first_piece():
-    made = once()
+    gan = once()
     latent = np.linspace(-1, 1, 6)
     asked = {"material": "cork", "latent": latent}
-    one, other = (made.generate(asked, seconds=2.5, seed=seed).samples for seed in (0, 1))
-    hop = made.config.length - round(made.config.overlap * made.config.length)
+    one, other = (gan.generate(asked, seconds=2.5, seed=seed).samples for seed in (0, 1))
+    hop = gan.config.length - round(gan.config.overlap * gan.config.length)
     np.testing.assert_array_equal(one[:, :hop], other[:, :hop])
     assert not np.array_equal(one[:, hop:], other[:, hop:])
 
@@ -157,8 +157,8 @@ def shapes_of(network, *inputs):
     return seen, tuple(out.shape)
 
 
-def one_hot(place=0, count=1):
-    return torch.eye(CLASSES)[place].expand(count, -1)
+def one_hot(index=0, count=1):
+    return torch.eye(CLASSES)[index].expand(count, -1)
 
 
 def test_generator_has_the_shapes_of_table_iii():

@@ -34,12 +34,12 @@ class Plain:
         return self.g(2 * self.draw(len(label), 5) - 1, label)
 
     def update_critic(self, real, label):
-        made = self.made(label).detach()
+        fake = self.made(label).detach()
         epsilon = self.draw(len(real))[:, None, None]
-        between = (epsilon * real + (1 - epsilon) * made).requires_grad_()
+        between = (epsilon * real + (1 - epsilon) * fake).requires_grad_()
         (slope,) = torch.autograd.grad(self.d(between, label).sum(), between, create_graph=True)
         penalty = ((slope.square().sum((1, 2)).sqrt() - 1) ** 2).mean()
-        distance = self.d(real, label).mean() - self.d(made, label).mean()
+        distance = self.d(real, label).mean() - self.d(fake, label).mean()
         self.d_adam.zero_grad()
         (-distance + 10 * penalty).backward()
         self.d_adam.step()

@@ -80,9 +80,9 @@ def test_the_right_material_is_among_the_candidates_of_as_many_recordings_as_sta
     rng = np.random.default_rng(5)
 
     def alike(seed):
-        one = stroke(("cork", "felt")[seed % 2], seed)
-        mixed = one.signal.samples + 2 * rng.standard_normal(one.signal.samples.shape)
-        return Example(one.id, Signal(mixed, RATE, "m/s^2", AXES), one.material)
+        example = stroke(("cork", "felt")[seed % 2], seed)
+        mixed = example.signal.samples + 2 * rng.standard_normal(example.signal.samples.shape)
+        return Example(example.id, Signal(mixed, RATE, "m/s^2", AXES), example.material)
 
     learner = trained([*map(alike, range(60)), *strokes(10)])
     new = [alike(seed) for seed in range(100, 400)]
@@ -111,11 +111,11 @@ def test_a_feature_that_drifts_between_recordings_counts_less():
 
 
 def test_recordings_are_compared_under_the_same_conditions():
-    at = [("cork", "pen", 50.0), ("felt", "pen", 50.0), ("cork", "pen", 99.0), ("cork", "pen", 50.0)]
+    conditions = [("cork", "pen", 50.0), ("felt", "pen", 50.0), ("cork", "pen", 99.0), ("cork", "pen", 50.0)]
     signal = stroke("cork", 0).signal
     examples = [
         Example("", signal, m, {"contactor": c, "speed_mm_s": v, "force_n": float(n)})
-        for n, (m, c, v) in enumerate(at)
+        for n, (m, c, v) in enumerate(conditions)
     ]
     assert _takes(examples).tolist() == [0, 1, 2, 0]
 

@@ -31,18 +31,18 @@ def examples(count=6, side=20):
     ]
 
 
-def learner(config=TINY, given=None):
-    items = tuple(sorted(e.item for e in given or examples()))
+def learner(config=TINY, data=None):
+    items = tuple(sorted(e.item for e in data or examples()))
     return TactileImageLearner(config, ImageKind(WORDS, (0.0, 1.0), items, simulated=True), seed=0)
 
 
 def test_an_image_nobody_scored_in_a_word_is_refused_by_name():
-    given = examples()
-    given[2] = ImageExample(
-        "p2", given[2].photographs, "image2", ItemRatings(WORDS, ("a",), np.array([[1, np.nan]]))
+    data = examples()
+    data[2] = ImageExample(
+        "p2", data[2].photographs, "image2", ItemRatings(WORDS, ("a",), np.array([[1, np.nan]]))
     )
     with pytest.raises(ParameterError, match="image2: nobody scored it in sleek"):
-        learner().stages(given)
+        learner().stages(data)
 
 
 @pytest.mark.parametrize(
@@ -59,16 +59,16 @@ def test_words_that_make_no_sense_are_refused(words, message):
 
 
 def test_means_of_the_training_images_come_with_the_run():
-    given, model, other = examples(), learner(), learner()
-    fit(model, given, seed=0)
+    data, model, other = examples(), learner(), learner()
+    fit(model, data, seed=0)
     other.load_state(model.state())
-    for example in given:
+    for example in data:
         np.testing.assert_allclose(other.rated_means[example.item], example.rated.means, rtol=1e-6)
 
 
 def test_collapse_is_named():
-    model, given = learner(), examples()
-    model.stages(given)
+    model, data = learner(), examples()
+    model.stages(data)
     torch.manual_seed(0)
     normal_(model.gan.bare_generator, 0.5)
     first = model.gan.bare_generator.layers[0].weight.data
@@ -79,15 +79,15 @@ def test_collapse_is_named():
     assert model.image_spread().collapse == "the label makes no difference"
     first[:] = 0.0
     assert model.image_spread().collapse == "one image for all labels and noises"
-    assert model.validate(given)["collapsed"] == 1.0
+    assert model.validate(data)["collapsed"] == 1.0
 
 
 def test_an_example_without_a_label_leaves_the_spread_finite():
-    given, model = examples(6), learner()
-    model.stages(given)
-    expected = model.validate(given[1:])
-    given[0].rated.scores[:, 0] = np.nan
-    assert model.validate(given) == expected
+    data, model = examples(6), learner()
+    model.stages(data)
+    expected = model.validate(data[1:])
+    data[0].rated.scores[:, 0] = np.nan
+    assert model.validate(data) == expected
 
 
 def test_the_four_weights_are_recipes():
@@ -135,15 +135,15 @@ DISCRIMINATOR = [
 """Table 3; the sigmoid is in the loss."""
 
 
-def layers_of(network, given):
-    found, x = [], given
+def layers_of(network, inputs):
+    layers, x = [], inputs
     for layer in network.layers:
         x = layer(x)
         kernel = (
             (layer.kernel_size, layer.stride, layer.padding) if hasattr(layer, "kernel_size") else (None,) * 3
         )
-        found.append((type(layer).__name__, *kernel, tuple(x.shape[1:]), count(layer)))
-    return found
+        layers.append((type(layer).__name__, *kernel, tuple(x.shape[1:]), count(layer)))
+    return layers
 
 
 def count(network):
@@ -175,7 +175,7 @@ def test_scores_are_planes_and_only_images_are_weighted():
     """The discriminator's first layer sees weight times image, then each score over all pixels."""
     network = Discriminator(Config(widths=(4, 4), image_weight=1000), 3)
     seen = []
-    network.layers[0].register_forward_pre_hook(lambda layer, given: seen.append(given[0]))
+    network.layers[0].register_forward_pre_hook(lambda layer, inputs: seen.append(inputs[0]))
     images, scores = torch.rand(2, 3, 16, 16) * 2 - 1, torch.tensor([[0.0, 0.5, 1.0], [1.0, 0.2, 0.0]])
     network(images, scores)
     torch.testing.assert_close(seen[0][:, :3], 1000 * images)

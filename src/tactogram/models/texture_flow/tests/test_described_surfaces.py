@@ -69,34 +69,34 @@ def shuffled():
 
 def off(known, prediction, grain):
     """Return how far the spectrum is from that of an unseen surface, and that of the mean is, dB rms."""
-    wanted = _spectrum(surface(grain, 999))
-    found = prediction[0] @ known.spectra, known.spectra.mean(0)
-    return [float(np.sqrt(np.mean((each - wanted) ** 2))) for each in found]
+    truth = _spectrum(surface(grain, 999))
+    spectra = prediction[0] @ known.spectra, known.spectra.mean(0)
+    return [float(np.sqrt(np.mean((each - truth) ** 2))) for each in spectra]
 
 
 @pytest.mark.parametrize("grain", [0.9, 1.3, 3.6])
 def test_a_photograph_that_tells_the_touch_predicts_that_of_an_unknown_material(grain):
     known = library()
-    found = known.predict(photograph(grain, 999), None, *NOTHING)
-    error, of_mean = off(known, found, grain)
+    prediction = known.predict(photograph(grain, 999), None, *NOTHING)
+    error, of_mean = off(known, prediction, grain)
     assert error < 0.5 * of_mean
-    assert found[0].sum() == pytest.approx(1)
-    assert found[1]["given"] == ["image"]
-    assert (found[1]["materials"], found[1]["mean"]) == (16, False)
-    low, high = found[1]["explained_range"]
-    assert 0 < low < found[1]["explained"] < high
-    assert found[1]["explained"] > 0.6
-    assert 0.3 < found[1]["error_db"] < np.std(known.spectra, axis=0).mean()
+    assert prediction[0].sum() == pytest.approx(1)
+    assert prediction[1]["given"] == ["image"]
+    assert (prediction[1]["materials"], prediction[1]["mean"]) == (16, False)
+    low, high = prediction[1]["explained_range"]
+    assert 0 < low < prediction[1]["explained"] < high
+    assert prediction[1]["explained"] > 0.6
+    assert 0.3 < prediction[1]["error_db"] < np.std(known.spectra, axis=0).mean()
 
 
 def test_photographs_that_tell_nothing_give_the_mean_and_it_is_said():
     known = library(felt=shuffled())
-    found = known.predict(photograph(9.0, 999), None, *NOTHING)
-    assert found[1]["mean"] is True
-    assert found[1]["explained_range"][0] <= 0
+    prediction = known.predict(photograph(9.0, 999), None, *NOTHING)
+    assert prediction[1]["mean"] is True
+    assert prediction[1]["explained_range"][0] <= 0
     likely = known.recognised(photograph(9.0, 999))
     assert likely.sum() < 0.1
-    np.testing.assert_allclose(found[0], likely + (1 - likely.sum()) / 16)
+    np.testing.assert_allclose(prediction[0], likely + (1 - likely.sum()) / 16)
 
 
 @needs_text
@@ -104,9 +104,9 @@ def test_few_materials_give_the_mean_and_no_figures():
     known = library()
     few = DescribedSurfaces(NAMES[:9])
     few.load_state(known.state() | {"spectra": known.spectra[:9], "shown": np.zeros(0, np.int64)})
-    found = few.predict(None, "coarse stone", np.zeros((9, 0)), np.zeros(0))
-    np.testing.assert_allclose(found[0], 1 / 9)
-    assert found[1] == {"given": ["text"], "materials": 9, "mean": True, "unlike": False}
+    prediction = few.predict(None, "coarse stone", np.zeros((9, 0)), np.zeros(0))
+    np.testing.assert_allclose(prediction[0], 1 / 9)
+    assert prediction[1] == {"given": ["text"], "materials": 9, "mean": True, "unlike": False}
 
 
 @needs_text
@@ -137,9 +137,9 @@ def test_a_photograph_of_a_known_material_gives_that_material_though_photographs
     shown = [Image(np.uint8(photograph(grain, k, 224).pixels * hue)) for k, (grain, hue) in enumerate(looks)]
     known = library(felt=shuffled(), photographs=shown)
     again = Image(np.uint8(photograph(looks[11][0], 99, 224).pixels * looks[11][1]))
-    found = known.predict(again, None, *NOTHING)
-    assert found[1]["mean"] is True
-    assert found[0][11] > 0.5
+    prediction = known.predict(again, None, *NOTHING)
+    assert prediction[1]["mean"] is True
+    assert prediction[0][11] > 0.5
     board = np.kron(np.indices((14, 14)).sum(0) % 2, np.ones((16, 16)))[..., None] * (255, 255, 255)
     assert known.recognised(Image(board.astype(np.uint8))).sum() < 0.5
 
@@ -147,8 +147,8 @@ def test_a_photograph_of_a_known_material_gives_that_material_though_photographs
 def test_a_photograph_that_two_materials_share_counts_once():
     photographs = [photograph(grain, 50 + k) for k, grain in enumerate(GRAINS)]
     known = library(photographs=[photographs[1], *photographs[1:]])
-    found = known.predict(photographs[1], None, *NOTHING)
-    assert known.recognised(photographs[1]).sum() == found[0].sum() == pytest.approx(1)
+    prediction = known.predict(photographs[1], None, *NOTHING)
+    assert known.recognised(photographs[1]).sum() == prediction[0].sum() == pytest.approx(1)
 
 
 def test_without_the_extra_photographs_are_described_without_a_network(monkeypatch):
@@ -158,8 +158,8 @@ def test_without_the_extra_photographs_are_described_without_a_network(monkeypat
     monkeypatch.setattr(described_surfaces, "_trunk", missing)
     known = library()
     assert known.photographs.shape == (16, 27)
-    found = known.predict(photograph(3.6, 999), None, *NOTHING)
-    error, of_mean = off(known, found, 3.6)
+    prediction = known.predict(photograph(3.6, 999), None, *NOTHING)
+    error, of_mean = off(known, prediction, 3.6)
     assert error < 0.5 * of_mean
 
 
@@ -198,14 +198,14 @@ def test_a_trained_model_generates_from_photograph_and_text_and_keeps_what_it_le
     assert again.prediction_facts(coarse)["given"] == ["image", "text"]
     assert again.prediction_facts({"material": "silk"}) == {}
     loud, quiet = (
-        again.generate(given, seconds=2, seed=0).samples.std()
-        for given in (coarse, {"image": photograph(0.8, 999), "text": "thin fabric"})
+        again.generate(condition, seconds=2, seed=0).samples.std()
+        for condition in (coarse, {"image": photograph(0.8, 999), "text": "thin fabric"})
     )
     assert loud > 4 * quiet
     assert loud == pytest.approx(touch(3.7, 5).samples.std(), rel=0.6)
-    for given in ({"material": "silk", "text": "silk"}, {"vibration": touch(1.0, 0), "text": "silk"}):
+    for twofold in ({"material": "silk", "text": "silk"}, {"vibration": touch(1.0, 0), "text": "silk"}):
         with pytest.raises(ParameterError, match="text.* describe the surface twice"):
-            again.generate(given, seed=0)
+            again.generate(twofold, seed=0)
     assert np.isfinite(again.generate({"text": "gravel"}, seed=0).samples).all()
 
 

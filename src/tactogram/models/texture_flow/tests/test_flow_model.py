@@ -49,8 +49,8 @@ def test_the_solver_evaluates_the_velocity_once_per_step_and_misses_only_its_cha
         times.append(time[0].item())
         return 2 * time[:, None] * torch.ones_like(x)
 
-    found = solve(velocity, torch.zeros(1, 1, dtype=torch.float64), 4)
-    assert found.item() == pytest.approx(1 - 1 / 64)
+    solution = solve(velocity, torch.zeros(1, 1, dtype=torch.float64), 4)
+    assert solution.item() == pytest.approx(1 - 1 / 64)
     assert times == pytest.approx([0, (1 / 4) ** 1.5, (2 / 4) ** 1.5, (3 / 4) ** 1.5])
 
 

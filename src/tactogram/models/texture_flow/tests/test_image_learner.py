@@ -106,9 +106,9 @@ def test_pixels_have_mean_zero_and_deviation_one():
 
 
 def test_an_image_that_nobody_scored_in_a_word_is_learned_from():
-    given = [*EXAMPLES[:3], example(3, 1.0, np.array([[1.0, np.nan]] * 2))]
+    data = [*EXAMPLES[:3], example(3, 1.0, np.array([[1.0, np.nan]] * 2))]
     learner = build(SMALL.model_copy(update={"steps": 2}), KIND, seed=0)
-    fit(learner, given, seed=0)
+    fit(learner, data, seed=0)
     assert np.isnan(learner.rated_means["i3"]).tolist() == [False, True]
     assert learner.generate({"words": {"loud": 2.0}}, seed=0).pixels.shape == (16, 16, 3)
     assert np.isfinite(learner.image_spread().by_noise)

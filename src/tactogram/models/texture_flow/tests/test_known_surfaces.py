@@ -13,8 +13,8 @@ from tactogram.training.loop import fit
 
 def test_a_recording_stands_for_its_surface():
     learner, stroke = trained(), recording("tile", 9, seconds=1.0)
-    made = learner.generate({"vibration": stroke.signal}, seconds=4, seed=1)
-    assert made.samples[0].std() == pytest.approx(stroke.signal.samples[0].std(), rel=0.25)
+    signal = learner.generate({"vibration": stroke.signal}, seconds=4, seed=1)
+    assert signal.samples[0].std() == pytest.approx(stroke.signal.samples[0].std(), rel=0.25)
     with pytest.raises(ParameterError, match="material and vibration describe the surface twice"):
         learner.generate({"material": "cork", "vibration": stroke.signal}, seed=0)
     with pytest.raises(ParameterError, match="condition 'material' is needed, or vibration instead"):
@@ -38,10 +38,10 @@ def test_a_photograph_stands_for_the_material_it_shows():
     turned = Image(np.ascontiguousarray(shown["tile"][0].pixels.swapaxes(0, 1)))
     name, probability = again.classify_photograph(turned)
     assert (name, probability > 0.9) == ("tile", True)
-    made, tile = (
+    generated, tile = (
         again.generate(c, seconds=2, seed=0).samples for c in ({"image": turned}, {"material": "tile"})
     )
-    assert made.std() == pytest.approx(tile.std(), rel=0.3)
+    assert generated.std() == pytest.approx(tile.std(), rel=0.3)
 
 
 def test_a_run_without_photographs_refuses_one_and_says_what_to_give_instead():

@@ -25,12 +25,12 @@ def level(signal):
 
 
 def test_strength_changes_and_mean_and_power_of_the_bands_stay():
-    made = DEEP.apply(NOISE, np.random.default_rng(1))
-    assert made.samples.mean() == pytest.approx(5.0, abs=0.02)
+    signal = DEEP.apply(NOISE, np.random.default_rng(1))
+    assert signal.samples.mean() == pytest.approx(5.0, abs=0.02)
     for band in ((20, 100), (400, 900)):
-        assert power(made, band) == pytest.approx(power(NOISE, band), rel=0.15)
+        assert power(signal, band) == pytest.approx(power(NOISE, band), rel=0.15)
     assert level(NOISE).std() < 0.15
-    assert 0.8 < level(made).std() < 1.3
+    assert 0.8 < level(signal).std() < 1.3
 
 
 def test_each_drawing_and_each_recording_differs():
@@ -66,11 +66,11 @@ def test_a_share_of_the_surfaces_is_modulated_with_all_their_strokes_and_no_word
         for n in range(40)
         for k in range(2)
     ]
-    found = modulated(examples, 0.5, seed=0)
-    changed = {e.material for e, was in zip(found, examples, strict=True) if e.signal is not was.signal}
+    results = modulated(examples, 0.5, seed=0)
+    changed = {e.material for e, was in zip(results, examples, strict=True) if e.signal is not was.signal}
     assert 10 < len(changed) < 30
-    for example in found:
+    for example in results:
         assert (example.rated is None) == (example.material in changed)
-    for one, other in zip(found, modulated(examples, 0.5, seed=0), strict=True):
+    for one, other in zip(results, modulated(examples, 0.5, seed=0), strict=True):
         np.testing.assert_array_equal(one.signal.samples, other.signal.samples)
     assert modulated(examples, 0.0, seed=0) == examples

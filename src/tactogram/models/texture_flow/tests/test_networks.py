@@ -24,13 +24,13 @@ def test_a_label_may_change_over_columns():
     one, other = (trained()._label(surface, {}, None) for surface in trained().known.surfaces)
     time = torch.tensor([0.3])
     with torch.no_grad():
-        found = [network(noise, time, label[None]) for label in (one, other)]
+        velocities = [network(noise, time, label[None]) for label in (one, other)]
         same = network(noise, time, one.expand(1, 256, -1))
         both = network(noise, time, torch.cat((one.expand(128, -1), other.expand(128, -1)))[None])
-    torch.testing.assert_close(same, found[0], atol=1e-5, rtol=1e-4)
-    torch.testing.assert_close(both[..., :64], found[0][..., :64], atol=1e-5, rtol=1e-4)
-    torch.testing.assert_close(both[..., 192:], found[1][..., 192:], atol=1e-5, rtol=1e-4)
-    assert not torch.allclose(found[0], found[1], atol=1e-2)
+    torch.testing.assert_close(same, velocities[0], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(both[..., :64], velocities[0][..., :64], atol=1e-5, rtol=1e-4)
+    torch.testing.assert_close(both[..., 192:], velocities[1][..., 192:], atol=1e-5, rtol=1e-4)
+    assert not torch.allclose(velocities[0], velocities[1], atol=1e-2)
 
 
 def test_an_untrained_network_gives_no_velocity():

@@ -63,8 +63,8 @@ def friction(name, seed):
     """Simulated: a coefficient of friction over 60 mm at 20 samples per mm, with a rib every 4 mm or every mm."""
     period, level = {"cork": (4.0, 0.6), "tile": (1.0, 0.2)}[name]
     rng = np.random.default_rng(seed)
-    place = np.arange(1200) / 20 + rng.uniform(0, period)
-    ripple = np.sin(2 * np.pi * place / period) + 0.3 * rng.standard_normal(1200)
+    position = np.arange(1200) / 20 + rng.uniform(0, period)
+    ripple = np.sin(2 * np.pi * position / period) + 0.3 * rng.standard_normal(1200)
     return Example(
         f"{name}-{seed}", Signal(level + 0.05 * ripple[None], 20.0, "1", ("along",), "displacement"), name
     )
@@ -80,19 +80,19 @@ def rubbed():
 
 def test_friction_over_displacement_keeps_its_level_and_period():
     for name, level, period in (("cork", 0.6, 4.0), ("tile", 0.2, 1.0)):
-        made = rubbed().generate({"material": name}, seed=1)
-        assert (made.domain, made.rate, made.unit, len(made)) == ("displacement", 20.0, "1", 1200)
-        assert made.samples.mean() == pytest.approx(level, abs=0.01)
-        assert made.samples.std() == pytest.approx(0.05 * np.hypot(0.5**0.5, 0.3), rel=0.25)
-        frequency, power = welch(made.samples[0], 20.0, nperseg=256)
+        signal = rubbed().generate({"material": name}, seed=1)
+        assert (signal.domain, signal.rate, signal.unit, len(signal)) == ("displacement", 20.0, "1", 1200)
+        assert signal.samples.mean() == pytest.approx(level, abs=0.01)
+        assert signal.samples.std() == pytest.approx(0.05 * np.hypot(0.5**0.5, 0.3), rel=0.25)
+        frequency, power = welch(signal.samples[0], 20.0, nperseg=256)
         assert frequency[power.argmax()] == pytest.approx(1 / period, abs=0.1)
 
 
 def test_friction_is_felt_at_a_speed_for_any_time():
-    made = rubbed().generate({"material": "cork", "speed_mm_s": 80.0}, seconds=2.0, seed=1)
-    assert (made.domain, made.seconds) == ("time", pytest.approx(2.0, abs=1e-3))
-    assert made.samples.mean() == pytest.approx(0.6, abs=0.01)
-    frequency, power = welch(made.samples[0], made.rate, nperseg=len(made) // 2)
+    signal = rubbed().generate({"material": "cork", "speed_mm_s": 80.0}, seconds=2.0, seed=1)
+    assert (signal.domain, signal.seconds) == ("time", pytest.approx(2.0, abs=1e-3))
+    assert signal.samples.mean() == pytest.approx(0.6, abs=0.01)
+    frequency, power = welch(signal.samples[0], signal.rate, nperseg=len(signal) // 2)
     assert frequency[power.argmax()] == pytest.approx(80 / 4, abs=1.5)
 
 
@@ -101,13 +101,13 @@ def test_friction_is_felt_along_a_motion():
         np.array([0.0, 2.0, 2.01, 3.0, 3.01, 4.0]), np.array([80.0, 80.0, 0.0, 0.0, 0.0, 0.0]),
         contact=np.array([1.0, 1, 1, 1, 0, 0]),
     )  # fmt: skip
-    made = rubbed().generate({"material": "cork", "motion": motion}, seed=1)
-    assert (made.domain, made.seconds) == ("time", pytest.approx(4.0, abs=1e-3))
-    frequency, power = welch(made.samples[0, :8000], made.rate, nperseg=4000)
+    signal = rubbed().generate({"material": "cork", "motion": motion}, seed=1)
+    assert (signal.domain, signal.seconds) == ("time", pytest.approx(4.0, abs=1e-3))
+    frequency, power = welch(signal.samples[0, :8000], signal.rate, nperseg=4000)
     assert frequency[power.argmax()] == pytest.approx(80 / 4, abs=1.5)
-    assert np.ptp(made.samples[0, 8400:11600]) < 1e-3  # a finger at rest feels the friction where it is
-    assert made.samples[0, 10000] == pytest.approx(0.6, abs=0.2)
-    assert not made.samples[0, 12200:].any()
+    assert np.ptp(signal.samples[0, 8400:11600]) < 1e-3  # a finger at rest feels the friction where it is
+    assert signal.samples[0, 10000] == pytest.approx(0.6, abs=0.2)
+    assert not signal.samples[0, 12200:].any()
     fast = Motion(np.array([0.0, 0.2]), np.array([0.0, 1200.0]))
     assert rubbed().generate({"material": "cork", "motion": fast}, seed=1).seconds == pytest.approx(
         0.2, abs=1e-3

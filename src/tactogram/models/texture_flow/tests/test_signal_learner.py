@@ -80,18 +80,18 @@ def test_windows_with_too_few_bins_are_refused():
 
 @pytest.mark.parametrize(("name", "level"), [("cork", 0.1), ("tile", 1.0)])
 def test_level_mean_and_peak_are_those_of_the_training_data(name, level):
-    made = trained().generate({"material": name}, seconds=4, seed=1)
-    assert (made.rate, made.unit, made.axes, len(made)) == (RATE, "m/s^2", AXES, 4000)
-    assert made.samples[0].std() == pytest.approx(level, rel=0.25)
-    assert made.samples[1].mean() == pytest.approx(9.81, abs=0.1)
-    frequencies, density = welch(made.samples[0], RATE, nperseg=128)
+    signal = trained().generate({"material": name}, seconds=4, seed=1)
+    assert (signal.rate, signal.unit, signal.axes, len(signal)) == (RATE, "m/s^2", AXES, 4000)
+    assert signal.samples[0].std() == pytest.approx(level, rel=0.25)
+    assert signal.samples[1].mean() == pytest.approx(9.81, abs=0.1)
+    frequencies, density = welch(signal.samples[0], RATE, nperseg=128)
     reference = welch(recording(name, 9).signal.samples[0], RATE, nperseg=128)[1]
     assert frequencies[density.argmax()] == pytest.approx(frequencies[reference.argmax()], abs=16)
 
 
 def test_training_lowers_the_loss():
     learner, losses = build(SMALL, KIND, seed=0), []
-    fit(learner, EXAMPLES, seed=0, on_step=lambda place, stage, found: losses.append(found.get("loss")))
+    fit(learner, EXAMPLES, seed=0, on_step=lambda position, stage, values: losses.append(values.get("loss")))
     assert losses[1] == pytest.approx(2.0, abs=0.2)  # no velocity yet: data and noise have a variance of 1
     assert np.mean(losses[-20:]) < np.mean(losses[1:21]) - 0.05
     assert learner.validate([recording("cork", 8)])["loss_unseen"] < 1.95
@@ -103,13 +103,13 @@ def test_a_straightened_flow_arrives_in_one_step_near_where_its_teacher_arrives_
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
     taught = guided(flow.teacher, label, flow.config.guidance)
     with torch.no_grad():
-        wanted, plain = (solve(taught, noise, steps) for steps in (6, 1))
+        target, plain = (solve(taught, noise, steps) for steps in (6, 1))
     times = []
-    handle = flow.average.network.register_forward_pre_hook(lambda _, given: times.append(given[1].item()))
-    made = flow.sample(noise, label)
+    handle = flow.average.network.register_forward_pre_hook(lambda _, inputs: times.append(inputs[1].item()))
+    straightened = flow.sample(noise, label)
     handle.remove()
     assert times == [0]
-    assert (made - wanted).square().mean() < 0.5 * (plain - wanted).square().mean()
+    assert (straightened - target).square().mean() < 0.5 * (plain - target).square().mean()
 
 
 def test_straightening_goes_on_where_it_was_interrupted_and_validation_is_that_of_the_teacher():
@@ -117,8 +117,8 @@ def test_straightening_goes_on_where_it_was_interrupted_and_validation_is_that_o
     whole, again, plain = (build(config, KIND, seed=0) for _ in range(3))
     states = {}
 
-    def keep(at, stage, losses):
-        states[at] = copy.deepcopy(whole.state())
+    def keep(position, stage, losses):
+        states[position] = copy.deepcopy(whole.state())
 
     fit(whole, EXAMPLES, seed=0, on_step=keep)
     again.load_state(states[TrainingPosition(2, 2)])
@@ -145,8 +145,8 @@ def test_the_average_of_the_weights_generates():
     with torch.no_grad():
         for parameter in learner.flow.network.parameters():
             parameter.zero_()
-    made = learner.generate({"material": "cork"}, seed=0).samples
-    np.testing.assert_array_equal(made, trained().generate({"material": "cork"}, seed=0).samples)
+    samples = learner.generate({"material": "cork"}, seed=0).samples
+    np.testing.assert_array_equal(samples, trained().generate({"material": "cork"}, seed=0).samples)
 
 
 def test_conditions_are_dropped_apart():
@@ -178,13 +178,13 @@ def test_noise_has_the_local_amplitudes_of_its_recordings():
     own, of_words = learner.known.local, np.mean(learner.known.local, axis=0)
     assert [each.shape for each in own] == [(2, 3, 41)] * 2
     noise = np.random.default_rng(0).standard_normal((2, 3000))
-    given = KIND.signal((noise**3 + [[0.0], [9.81]]).astype(np.float32))
-    clicking = learner.generate({"vibration": given}, seconds=3, seed=1)
-    made = learner.generate({"material": "cork"}, seconds=3, seed=1)
-    found = [learner.known.local_of([each])[:, 1, -10] for each in (clicking, made)]
-    assert found[0] == pytest.approx(learner.known.local_of([given])[:, 1, -10], rel=0.25)
-    assert found[1] == pytest.approx(own[0][:, 1, -10], rel=0.1)
-    assert (found[0] > 1.3 * found[1]).all()
+    recorded = KIND.signal((noise**3 + [[0.0], [9.81]]).astype(np.float32))
+    clicking = learner.generate({"vibration": recorded}, seconds=3, seed=1)
+    plain = learner.generate({"material": "cork"}, seconds=3, seed=1)
+    amplitudes = [learner.known.local_of([each])[:, 1, -10] for each in (clicking, plain)]
+    assert amplitudes[0] == pytest.approx(learner.known.local_of([recorded])[:, 1, -10], rel=0.25)
+    assert amplitudes[1] == pytest.approx(own[0][:, 1, -10], rel=0.1)
+    assert (amplitudes[0] > 1.3 * amplitudes[1]).all()
     source = learner.known.described({"material": {"cork": 1.0, "tile": 1.0}}, draw=0.0)
     np.testing.assert_allclose(source.at({})[0].local, of_words)
 

@@ -34,11 +34,11 @@ CONFIG = Config(
 )  # fmt: skip
 
 
-def stroke(place, speed, seed, seconds=3.0):
+def stroke(number, speed, seed, seconds=3.0):
     """Simulated: a resonance at a frequency, and a level, in proportion to the speed."""
-    ridges_per_mm, level = 0.8 + 0.1 * place, 0.002 * (1 + place % 3)
+    ridges_per_mm, level = 0.8 + 0.1 * number, 0.002 * (1 + number % 3)
     angle = 2 * np.pi * ridges_per_mm * speed / RATE
-    noise = np.random.default_rng([round(10 * place), round(speed), seed]).standard_normal(
+    noise = np.random.default_rng([round(10 * number), round(speed), seed]).standard_normal(
         round(seconds * RATE) + 200
     )
     x = lfilter([1], [1, -1.8 * np.cos(angle), 0.81], noise)[200:]
@@ -47,8 +47,8 @@ def stroke(place, speed, seed, seconds=3.0):
 
 def examples(places=range(10)):
     return [
-        Example(f"{place}-{speed}", stroke(place, speed, 0), f"m{place}", {"speed_mm_s": speed})
-        for place in places
+        Example(f"{number}-{speed}", stroke(number, speed, 0), f"m{number}", {"speed_mm_s": speed})
+        for number in places
         for speed in SPEEDS
     ]
 
@@ -98,9 +98,9 @@ def test_a_vector_holds_all_of_a_surface_but_its_mean():
 
 def test_all_components_give_the_vectors_back():
     torch.manual_seed(0)
-    vectors, at = torch.randn(9, 30) * torch.linspace(0.1, 5, 30), torch.rand(9, 2) + 0.1
+    vectors, measured_at = torch.randn(9, 30) * torch.linspace(0.1, 5, 30), torch.rand(9, 2) + 0.1
     predictor = SurfacePredictor(30, components=16, conditions=("speed_mm_s", "contactor"))
-    predictor.fit(Strokes(vectors, at, torch.zeros(9, 0), torch.tensor([4, 5])))
+    predictor.fit(Strokes(vectors, measured_at, torch.zeros(9, 0), torch.tensor([4, 5])))
     coordinates = predictor._components(vectors)
     again = (coordinates * predictor.spread) @ predictor.basis * predictor.scale + predictor.mean
     torch.testing.assert_close(again, vectors, atol=1e-3, rtol=1e-3)
@@ -110,15 +110,15 @@ def test_all_components_give_the_vectors_back():
 
 def test_speeds_are_logarithms_within_the_recorded_range_and_0_if_unknown():
     predictor = SurfacePredictor(3, components=2, conditions=("speed_mm_s", "force_n", "contactor"))
-    at = torch.tensor([[50.0, torch.nan, -1], [100.0, 1.0, 1], [200.0, 2.0, 1]])
-    predictor.fit(Strokes(torch.randn(3, 3), at, torch.zeros(3, 0), torch.tensor([3])))
-    found = predictor._standardised(
+    measured_at = torch.tensor([[50.0, torch.nan, -1], [100.0, 1.0, 1], [200.0, 2.0, 1]])
+    predictor.fit(Strokes(torch.randn(3, 3), measured_at, torch.zeros(3, 0), torch.tensor([3])))
+    standardised = predictor._standardised(
         torch.tensor([[50.0, 2, 1], [100, 1, 1], [400, 1, -1], [torch.nan, torch.nan, torch.nan]])
     )
     torch.testing.assert_close(
-        found[:, 0], torch.tensor([-(1.5**0.5), 0.0, 1.5**0.5, 0.0]), atol=1e-3, rtol=0
+        standardised[:, 0], torch.tensor([-(1.5**0.5), 0.0, 1.5**0.5, 0.0]), atol=1e-3, rtol=0
     )
-    assert not found[:, 1].any()  # unknown for one of the strokes
+    assert not standardised[:, 1].any()  # unknown for one of the strokes
     told = predictor.conditions_of({"vibration_speed_mm_s": 80.0}, prefix="vibration_")
     assert told[0] == 80
     assert told[1].isnan()
@@ -127,24 +127,24 @@ def test_speeds_are_logarithms_within_the_recorded_range_and_0_if_unknown():
 def test_a_stroke_of_an_unknown_surface_tells_how_it_is_at_other_speeds():
     predictor = trained().known.predictor
     closer = []
-    for place, speed, wanted in ((2.5, 50.0, 200.0), (4.5, 200.0, 80.0), (6.5, 80.0, 200.0)):
-        given, truth = (measure(stroke(place, v, 9)) for v in (speed, wanted))
-        found = predictor.predict(given, conditions(speed), conditions(wanted))
+    for number, speed, target in ((2.5, 50.0, 200.0), (4.5, 200.0, 80.0), (6.5, 80.0, 200.0)):
+        measured, truth = (measure(stroke(number, v, 9)) for v in (speed, target))
+        predicted = predictor.predict(measured, conditions(speed), conditions(target))
         error, before = (
-            (s.log_root - truth.log_root).real.square().mean().sqrt().item() for s in (found, given)
+            (s.log_root - truth.log_root).real.square().mean().sqrt().item() for s in (predicted, measured)
         )
         closer.append(error / before)
-        levels = [surface.power.log().item() for surface in (given, found, truth)]
+        levels = [surface.power.log().item() for surface in (measured, predicted, truth)]
         assert abs(levels[1] - levels[2]) < 0.6 * abs(levels[0] - levels[2])
-        torch.testing.assert_close(found.mean, given.mean)
+        torch.testing.assert_close(predicted.mean, measured.mean)
     assert max(closer) < 0.6
 
 
 def test_at_its_own_speed_a_measured_surface_stays_as_it_is():
-    given = measure(stroke(3.5, 80.0, 9))
-    for wanted in (80.0, torch.nan):
-        found = trained().known.predictor.predict(given, conditions(80.0), conditions(wanted))
-        torch.testing.assert_close(vector_of(found), vector_of(given), atol=1e-3, rtol=1e-3)
+    measured = measure(stroke(3.5, 80.0, 9))
+    for target in (80.0, torch.nan):
+        predicted = trained().known.predictor.predict(measured, conditions(80.0), conditions(target))
+        torch.testing.assert_close(vector_of(predicted), vector_of(measured), atol=1e-3, rtol=1e-3)
 
 
 def test_a_band_that_a_recording_lacks_stays_empty_and_says_nothing_of_the_rest():
@@ -155,10 +155,10 @@ def test_a_band_that_a_recording_lacks_stays_empty_and_says_nothing_of_the_rest(
     cut = whole.with_samples(np.fft.irfft(spectrum, len(whole)))
     bands = SurfaceSpectra(CONFIG, RATE).bands
     levels = []
-    for given in (whole, cut):
-        surface = measure(given)
-        found = trained().known.predictor.predict(surface, conditions(80.0), conditions(200.0), bands)
-        levels.append((found.log_root.real - surface.log_root.real).ravel() * 20 / np.log(10))
+    for recording in (whole, cut):
+        surface = measure(recording)
+        predicted = trained().known.predictor.predict(surface, conditions(80.0), conditions(200.0), bands)
+        levels.append((predicted.log_root.real - surface.log_root.real).ravel() * 20 / np.log(10))
     frequency = np.arange(1, len(levels[0]) + 1) * RATE / 2 / len(levels[0])
     assert not levels[1][frequency > 260].any()
     below = frequency < 170
@@ -167,15 +167,15 @@ def test_a_band_that_a_recording_lacks_stays_empty_and_says_nothing_of_the_rest(
 
 def test_words_beyond_those_of_training_count_as_the_nearest():
     predictor = trained_on_words().known.predictor
-    like, at = measure(stroke(3.5, 80.0, 9)), conditions(120.0)
-    low, lower = (predictor.from_words(torch.tensor([0.0, score]), at, like) for score in (0.0, -3.0))
+    like, target = measure(stroke(3.5, 80.0, 9)), conditions(120.0)
+    low, lower = (predictor.from_words(torch.tensor([0.0, score]), target, like) for score in (0.0, -3.0))
     torch.testing.assert_close(vector_of(low), vector_of(lower))
 
 
 def test_generated_strokes_grow_with_the_speed_wanted():
-    given = {"vibration": stroke(4.5, 80.0, 9), "vibration_speed_mm_s": 80.0}
+    condition = {"vibration": stroke(4.5, 80.0, 9), "vibration_speed_mm_s": 80.0}
     slow, fast = (
-        trained().generate(given | {"speed_mm_s": speed}, seconds=4, seed=0).samples[0]
+        trained().generate(condition | {"speed_mm_s": speed}, seconds=4, seed=0).samples[0]
         for speed in (50.0, 200.0)
     )
     assert fast.std() / slow.std() == pytest.approx(4, rel=0.5)
@@ -186,9 +186,9 @@ def test_a_motion_is_followed():
     times = np.array([0.0, 1.0, 1.1, 3.9, 4.1, 7.0])
     speeds = np.array([0.0, 0.0, 60.0, 60.0, 240.0, 240.0])
     motion = Motion(times, speeds, gain=np.array([0.0, 0, 1, 1, 1, 1]))
-    made = trained().generate({"material": MATERIALS[0], "motion": motion}, seed=0)
-    assert len(made) == round(7 * RATE)
-    samples = made.samples[0]
+    signal = trained().generate({"material": MATERIALS[0], "motion": motion}, seed=0)
+    assert len(signal) == round(7 * RATE)
+    samples = signal.samples[0]
     assert np.ptp(samples[: int(0.95 * RATE)]) == 0
     for part, speed in (
         (samples[int(1.3 * RATE) : int(3.7 * RATE)], 60.0),
@@ -219,10 +219,10 @@ def test_a_material_is_predicted_from_its_strokes_at_the_speed_wanted():
         strokes = learner.known.strokes.of_material(number)
         assert strokes[1][:, 0].tolist() == list(SPEEDS)
         truth = measure(stroke(number, speed, 9))
-        found = learner.known.predictor.from_strokes(*strokes, conditions(speed), truth)
+        predicted = learner.known.predictor.from_strokes(*strokes, conditions(speed), truth)
         errors = [
             (surface.log_root - truth.log_root).real.square().mean().sqrt().item()
-            for surface in (found, *(surface_of(vector, truth) for vector in strokes[0]))
+            for surface in (predicted, *(surface_of(vector, truth) for vector in strokes[0]))
         ]
         assert errors[0] < min(errors[1:])
     slow, fast = (
@@ -233,12 +233,12 @@ def test_a_material_is_predicted_from_its_strokes_at_the_speed_wanted():
 
 
 def test_at_a_recorded_speed_a_material_is_its_stroke():
-    vectors, at = trained().known.strokes.of_material(5)
+    vectors, measured_at = trained().known.strokes.of_material(5)
     like = measure(stroke(5, 80.0, 9))
-    found = trained().known.predictor.from_strokes(vectors, at, at[1], like)
+    predicted = trained().known.predictor.from_strokes(vectors, measured_at, measured_at[1], like)
     own, other = (
-        (found.log_root - surface_of(vectors[place], like).log_root).real.square().mean().sqrt().item()
-        for place in (1, 3)
+        (predicted.log_root - surface_of(vectors[index], like).log_root).real.square().mean().sqrt().item()
+        for index in (1, 3)
     )
     assert own < 0.3 * other
 
@@ -248,10 +248,10 @@ def test_of_a_material_whose_speed_is_not_asked_it_is_the_median():
     strokes, nothing = learner.known.strokes.of_material(3), conditions(torch.nan)
     like = measure(stroke(3, 80.0, 9))
     median = conditions(np.exp(np.log(SPEEDS).mean()))
-    found, at_median = (
-        learner.known.predictor.from_strokes(*strokes, wanted, like) for wanted in (nothing, median)
+    predicted, at_median = (
+        learner.known.predictor.from_strokes(*strokes, target, like) for target in (nothing, median)
     )
-    torch.testing.assert_close(vector_of(found), vector_of(at_median), atol=1e-4, rtol=1e-4)
+    torch.testing.assert_close(vector_of(predicted), vector_of(at_median), atol=1e-4, rtol=1e-4)
 
 
 @pytest.mark.parametrize("given", ["vibration", "material"])
@@ -341,7 +341,7 @@ def test_a_vibration_in_another_unit_keeps_its_unit_and_level():
     alike = loud.with_samples(scale * loud.samples)
     full_scale = loud.with_samples(2**-7 * loud.samples, unit="1")
     expected = trained().generate({"vibration": alike, **known}, seconds=2, seed=0)
-    made = trained().generate({"vibration": full_scale, **known}, seconds=2, seed=0)
-    assert made.unit == "1"
-    atol = 1e-3 * float(made.samples.std())
-    np.testing.assert_allclose(made.samples, 2**-7 / scale * expected.samples, rtol=1e-3, atol=atol)
+    generated = trained().generate({"vibration": full_scale, **known}, seconds=2, seed=0)
+    assert generated.unit == "1"
+    atol = 1e-3 * float(generated.samples.std())
+    np.testing.assert_allclose(generated.samples, 2**-7 / scale * expected.samples, rtol=1e-3, atol=atol)

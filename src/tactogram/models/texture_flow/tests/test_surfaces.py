@@ -23,10 +23,10 @@ def gain_db(spectra: SurfaceSpectra, signal: Signal) -> float:
     """Return the gain at 1.2 bins that a signal has by encoding and decoding."""
     surface = spectra.measure([signal])
     coded = spectra.encode(signal.samples, surface)
-    made = spectra.decode(coded, [surface], len(signal) - spectra.transform.n_fft, seed=0)
+    generated = spectra.decode(coded, [surface], len(signal) - spectra.transform.n_fft, seed=0)
     low = 1.2 * RATE / spectra.transform.n_fft
     densities = []
-    for samples in (made, signal.samples):
+    for samples in (generated, signal.samples):
         hertz, density = welch(samples[0], RATE, nperseg=512)
         densities.append(density[np.abs(hertz - low) < 4].mean())
     return float(10 * np.log10(densities[0] / densities[1]))
@@ -72,21 +72,21 @@ def test_sources_of_every_surface_are_alike():
 def test_decoded_spectra_have_the_level_spectrum_coherence_and_mean_of_the_recording(place):
     surface = surfaces()[place]
     samples = next(e for e in EXAMPLES if e.material == KIND.materials[place]).signal.samples
-    made = spectra().decode(spectra().encode(samples, surface), [surface], 2400, seed=0)
-    assert made.shape == (2, 2400)
-    assert made.mean(1) == pytest.approx([0.0, 9.81], abs=0.02)
-    assert made.std(1) == pytest.approx(samples.std(1), rel=0.05)
-    ours, theirs = (10 * np.log10(welch(x, RATE, nperseg=128)[1][:, 1:-1]) for x in (made, samples))
+    generated = spectra().decode(spectra().encode(samples, surface), [surface], 2400, seed=0)
+    assert generated.shape == (2, 2400)
+    assert generated.mean(1) == pytest.approx([0.0, 9.81], abs=0.02)
+    assert generated.std(1) == pytest.approx(samples.std(1), rel=0.05)
+    ours, theirs = (10 * np.log10(welch(x, RATE, nperseg=128)[1][:, 1:-1]) for x in (generated, samples))
     assert np.abs(ours - theirs).mean() < 1.0
-    assert np.abs(coherency(made) - coherency(samples))[2:-2].mean() < 0.12
+    assert np.abs(coherency(generated) - coherency(samples))[2:-2].mean() < 0.12
     assert np.abs(coherency(samples)).mean() > 0.9
 
 
 def test_magnitudes_survive_the_way_back():
-    found, surface = spectra(), surfaces()[0]
-    spectrum = found.encode(EXAMPLES[0].signal.samples, surface)
-    made = found.decode(spectrum, [surface], 2400, seed=0)
-    again = found.encode(made, surface)
+    model, surface = spectra(), surfaces()[0]
+    spectrum = model.encode(EXAMPLES[0].signal.samples, surface)
+    generated = model.decode(spectrum, [surface], 2400, seed=0)
+    again = model.encode(generated, surface)
     # Frame k is centred on hop k; the signal begins 16.5 hops after the first, and its first window is 2 hops later.
     kept = (spectrum[..., 18 : 18 + again.shape[-1]] + spectrum[..., 19 : 19 + again.shape[-1]]) / 2
     assert np.corrcoef(again.flatten(), kept.flatten())[0, 1] > 0.8
@@ -109,11 +109,11 @@ def test_surfaces_change_over_the_signal():
     one, other = surfaces()
     frames = spectra().frames(4000, 1)
     values = torch.randn(2, 32, frames, generator=torch.Generator().manual_seed(0))
-    made = spectra().decode(values, [one, one, other, other], 4000, seed=0)
+    generated = spectra().decode(values, [one, one, other, other], 4000, seed=0)
     first, last = (spectra().decode(values, [surface], 4000, seed=0) for surface in (one, other))
-    assert made[0, :1200].std() == pytest.approx(first[0, :1200].std(), rel=0.05)
-    assert made[0, 2800:].std() == pytest.approx(last[0, 2800:].std(), rel=0.05)
-    assert 2 * first[0].std() < made[0, 1800:2200].std() < last[0].std()
+    assert generated[0, :1200].std() == pytest.approx(first[0, :1200].std(), rel=0.05)
+    assert generated[0, 2800:].std() == pytest.approx(last[0, 2800:].std(), rel=0.05)
+    assert 2 * first[0].std() < generated[0, 1800:2200].std() < last[0].std()
 
 
 def test_the_code_tells_levels_and_how_fast_strength_changes():
@@ -133,8 +133,8 @@ def test_the_code_tells_levels_and_how_fast_strength_changes():
 
 
 def test_the_faintest_magnitudes_are_silence():
-    made = spectra().decode(torch.full((2, 32, 50), -20.0), [surfaces()[1]], 500, seed=0)
-    assert made.std(1) == pytest.approx([0, 0], abs=1e-6)
+    generated = spectra().decode(torch.full((2, 32, 50), -20.0), [surfaces()[1]], 500, seed=0)
+    assert generated.std(1) == pytest.approx([0, 0], abs=1e-6)
 
 
 def test_a_recording_of_few_windows_has_a_code():

@@ -49,21 +49,21 @@ def test_tones_of_a_material_are_generated_beside_its_noise():
     [patterns] = learner.known.tones
     assert len(patterns) == 3
     assert [each.tones.frequency[0] for each in patterns] == pytest.approx([60] * 3, rel=0.1)
-    made = learner.generate({"material": "mat"}, seconds=8, seed=0).samples
-    assert line_hz(made) == pytest.approx(60, rel=0.15)
+    samples = learner.generate({"material": "mat"}, seconds=8, seed=0).samples
+    assert line_hz(samples) == pytest.approx(60, rel=0.15)
     recorded = np.mean([np.var(e.signal.samples) for e in strokes])
     # The untrained network makes noise of about the surface's power.
-    assert np.var(made) == pytest.approx(recorded, rel=0.2)
+    assert np.var(samples) == pytest.approx(recorded, rel=0.2)
 
 
 def test_each_signal_has_the_tones_of_one_stroke():
     """Strokes along and across ribs: a signal has the lines of one of them, and all have the same power."""
     strokes = [stroke(seed, hz=hz, force_n=hz) for seed, hz in enumerate((60.0, 150.0))]
     learner = fitted(strokes)
-    made = [learner.generate({"material": "mat"}, seconds=4, seed=seed).samples for seed in range(12)]
-    assert {round(line_hz(x), -1) for x in made} <= {50, 60, 70, 130, 140, 150, 160, 170}
-    assert 0 < sum(line_hz(x) > 100 for x in made) < 12
-    assert [np.var(x) for x in made] == pytest.approx([0.54] * 12, rel=0.3)
+    signals = [learner.generate({"material": "mat"}, seconds=4, seed=seed).samples for seed in range(12)]
+    assert {round(line_hz(x), -1) for x in signals} <= {50, 60, 70, 130, 140, 150, 160, 170}
+    assert 0 < sum(line_hz(x) > 100 for x in signals) < 12
+    assert [np.var(x) for x in signals] == pytest.approx([0.54] * 12, rel=0.3)
 
 
 def test_training_is_on_strokes_without_their_tones():
@@ -80,8 +80,8 @@ def test_tones_follow_the_speed_wanted():
     ]
     learner = fitted(strokes)
     for speed in (100.0, 150.0, 200.0):
-        made = learner.generate({"material": "mat", "speed_mm_s": speed}, seconds=8, seed=0).samples
-        assert line_hz(made) == pytest.approx(0.5 * speed, rel=0.15)
+        samples = learner.generate({"material": "mat", "speed_mm_s": speed}, seconds=8, seed=0).samples
+        assert line_hz(samples) == pytest.approx(0.5 * speed, rel=0.15)
 
 
 def test_tones_have_the_ratio_of_the_mean_powers_of_all_strokes():
@@ -107,10 +107,10 @@ def test_offsets_of_single_strokes_are_not_noise():
 
 def test_a_given_stroke_keeps_its_tones_and_moves_them_from_its_speed_to_the_one_wanted():
     learner = fitted([stroke(seed, hz=90.0, speed_mm_s=v) for seed, v in enumerate((50.0, 200.0))])
-    given = {"vibration": stroke(9).signal, "vibration_speed_mm_s": 100.0}
-    for wanted, hz in (({}, 60.0), ({"speed_mm_s": 150.0}, 90.0)):
-        made = learner.generate({**given, **wanted}, seconds=8, seed=0).samples
-        assert line_hz(made) == pytest.approx(hz, rel=0.15)
+    vibration = {"vibration": stroke(9).signal, "vibration_speed_mm_s": 100.0}
+    for target, hz in (({}, 60.0), ({"speed_mm_s": 150.0}, 90.0)):
+        samples = learner.generate({**vibration, **target}, seconds=8, seed=0).samples
+        assert line_hz(samples) == pytest.approx(hz, rel=0.15)
 
 
 def test_a_mix_has_the_lines_of_both_and_their_mean_power_in_db():

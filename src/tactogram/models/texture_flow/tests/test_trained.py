@@ -41,18 +41,18 @@ def test_it_is_small_and_names_its_data_but_no_path():
 
 def test_a_stroke_of_an_unknown_surface_is_continued():
     run = load_run("texture_flow")
-    given = run.prepare_vibration(stroke())
-    made = run.generator.generate({"vibration": given}, seconds=8, seed=0)
-    assert made.seconds == 8
-    assert made.samples.std() == pytest.approx(given.samples.std(), rel=0.3)
-    assert np.sqrt(np.mean((spectrum(made) - spectrum(given)) ** 2)) < 3
+    vibration = run.prepare_vibration(stroke())
+    signal = run.generator.generate({"vibration": vibration}, seconds=8, seed=0)
+    assert signal.seconds == 8
+    assert signal.samples.std() == pytest.approx(vibration.samples.std(), rel=0.3)
+    assert np.sqrt(np.mean((spectrum(signal) - spectrum(vibration)) ** 2)) < 3
 
 
 def test_a_faster_stroke_is_stronger():
     run = load_run("texture_flow")
-    given = {"vibration": run.prepare_vibration(stroke()), "vibration_speed_mm_s": 80.0}
+    condition = {"vibration": run.prepare_vibration(stroke()), "vibration_speed_mm_s": 80.0}
     slow, fast = (
-        run.generator.generate({**given, "speed_mm_s": speed}, seconds=4, seed=0).samples.std()
+        run.generator.generate({**condition, "speed_mm_s": speed}, seconds=4, seed=0).samples.std()
         for speed in (50, 300)
     )
     assert fast > 1.5 * slow

@@ -21,9 +21,9 @@ def test_generator_of_noise_begins_as_plain_noise():
     network = Generator(config, axes=2, labels=1)
     noise = torch.randn(8, 2, config.length, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():
-        made = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
-    assert made.std().item() == pytest.approx(1, abs=0.2)
-    assert torch.corrcoef(torch.stack((made.flatten(), noise.flatten())))[0, 1] > 0.95
+        output = network(torch.rand(8, 100), torch.ones(8, 1), split_bands(noise, 3))
+    assert output.std().item() == pytest.approx(1, abs=0.2)
+    assert torch.corrcoef(torch.stack((output.flatten(), noise.flatten())))[0, 1] > 0.95
 
 
 def test_sinusoids_have_their_frequencies_and_labels_mix_in_them():

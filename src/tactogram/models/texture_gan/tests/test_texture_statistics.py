@@ -30,9 +30,9 @@ def test_energy_distance_is_least_for_the_same_process():
 
 
 def test_energy_distance_by_hand():
-    real, made, again = (torch.tensor([[a, b]]) for a, b in ((0.0, 0.0), (3.0, 4.0), (0.0, 1.0)))
+    real, generated, again = (torch.tensor([[a, b]]) for a, b in ((0.0, 0.0), (3.0, 4.0), (0.0, 1.0)))
     expected = (5 + 1 - np.hypot(3, 3)) / np.sqrt(2)
-    assert energy_distance(real, made, again).item() == pytest.approx(expected)
+    assert energy_distance(real, generated, again).item() == pytest.approx(expected)
 
 
 def test_statistics_have_slopes_everywhere():

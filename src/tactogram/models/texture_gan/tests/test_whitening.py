@@ -51,16 +51,16 @@ def test_white_is_white_in_every_axis_and_between_them(fitted, material):
 
 @pytest.mark.parametrize("material", [0, 1])
 def test_coloured_noise_has_spectrum_level_and_coherence_of_the_recordings(fitted, material):
-    real, made = surface(KIND.materials[material], 9, 60_000).signal, noise(fitted, material)
-    assert len(made) == 60_000
-    assert made.samples[2].mean() == pytest.approx(9.81, rel=0.05)
+    real, signal = surface(KIND.materials[material], 9, 60_000).signal, noise(fitted, material)
+    assert len(signal) == 60_000
+    assert signal.samples[2].mean() == pytest.approx(9.81, rel=0.05)
     for axis in range(3):
         _, a = welch(real.samples[axis], nperseg=256)
-        _, b = welch(made.samples[axis], nperseg=256)
+        _, b = welch(signal.samples[axis], nperseg=256)
         assert np.sqrt(np.mean((10 * np.log10(a[2:-2] / b[2:-2])) ** 2)) < 1.0
     for pair in ((0, 1), (0, 2), (1, 2)):
         _, a = coherence(*(real.samples[i] for i in pair), nperseg=256)
-        _, b = coherence(*(made.samples[i] for i in pair), nperseg=256)
+        _, b = coherence(*(signal.samples[i] for i in pair), nperseg=256)
         assert np.abs(a - b).mean() < 0.05
     assert REACH >= 5
 
@@ -81,8 +81,8 @@ def test_a_silent_axis_stays_silent():
     whitening = Whitening(CONFIG, KIND)
     whitening.fit(data)
     assert np.isfinite(whitening.whitened(data[0].signal.samples, 0)).all()
-    made = noise(whitening, 0, 500)
-    assert np.isfinite(made.samples).all()
+    signal = noise(whitening, 0, 500)
+    assert np.isfinite(signal.samples).all()
 
 
 def test_recordings_too_short_for_the_filters_are_refused():

@@ -68,10 +68,10 @@ def test_level_unit_and_spectrum_are_those_of_the_training_data(learner, name, l
 def test_strength_fluctuates_as_in_the_recordings(learner):
     distance = signal_measures()["envelope_spectrum_distance_db"].function
     unseen = [recording("tile", 250, 2.0, seed=s, pulse_hz=4).signal for s in range(20, 24)]
-    made = {
+    generated = {
         m: [learner.generate({"material": m}, seconds=2, seed=s) for s in range(4)] for m in ("tile", "cork")
     }
-    assert distance(made["tile"], unseen) < 2.5 < distance(made["cork"], unseen)
+    assert distance(generated["tile"], unseen) < 2.5 < distance(generated["cork"], unseen)
 
 
 def test_mix_lies_between_its_materials(learner):

@@ -24,10 +24,10 @@ def test_a_copy_of_a_display_signal_and_a_collapse_show_in_the_figures(data, tra
 
 
 def test_a_distance_is_in_mean_norms():
-    one = np.array([3.0, 4.0])
-    assert distance(one, one) == 0
-    assert distance(one, -one) == 2
-    assert distance(one, 3 * one) == 1  # 10 apart; norms of 5 and 15
+    spectrum = np.array([3.0, 4.0])
+    assert distance(spectrum, spectrum) == 0
+    assert distance(spectrum, -spectrum) == 2
+    assert distance(spectrum, 3 * spectrum) == 1  # 10 apart; norms of 5 and 15
     assert distance(np.zeros(2), np.zeros(2)) == 0
 
 

@@ -21,17 +21,17 @@ def test_the_model_is_that_of_the_cluster_nearest_in_words(learner):
 
 def test_a_surfaces_own_means_are_at_no_distance(kind, learner):
     means = 1 + 6 * learner.surfaces.means[1]
-    found = learner.selection_for({"words": dict(zip(kind.words, means, strict=True))}, 0)
-    assert found["surface"] == "plate02"
-    assert found["distance"] == pytest.approx(0, abs=1e-12)
+    facts = learner.selection_for({"words": dict(zip(kind.words, means, strict=True))}, 0)
+    assert facts["surface"] == "plate02"
+    assert facts["distance"] == pytest.approx(0, abs=1e-12)
 
 
 def test_a_loop_has_the_generated_amplitudes_and_no_bin_below_zero(kind, learner):
-    made = learner._make({"words": ROUGH}, 1)
+    spectrum = learner._make({"words": ROUGH}, 1)
     signal = learner.generate({"words": ROUGH}, seed=1)
     got = np.abs(np.fft.rfft(signal.samples[0].astype(float))) / 250
-    np.testing.assert_allclose(got[1:61], made.amplitudes, atol=1e-6 * made.amplitudes.max())
-    assert made.amplitudes.min() >= 0
+    np.testing.assert_allclose(got[1:61], spectrum.amplitudes, atol=1e-6 * spectrum.amplitudes.max())
+    assert spectrum.amplitudes.min() >= 0
     assert (signal.rate, signal.unit, signal.axes, len(signal)) == (kind.rate, "1", ("drive",), 500)
 
 

@@ -69,18 +69,18 @@ def test_fakes_can_be_scored_as_display_signals_are(tiny, kind, data):
     batch = next(learner.batches(first, examples, seed=0))
     _, sensor, (scored, raters), shown, _ = batch
     assert not np.array_equal(scored, shown), "drawn anew, not those of the real half of the batch"
-    given = {}
-    learner.pair.iterate = lambda x, display: given.update(x=x, display=display) or {}
+    inputs = {}
+    learner.pair.iterate = lambda x, display: inputs.update(x=x, display=display) or {}
     learner.step(first, batch)
     side, display_rated = sensor_side(examples[:6], tiny, kind.materials), examples[6:]
     np.testing.assert_allclose(
-        given["x"][2, 3, :60] * learner.surfaces.sensor_scale,
+        inputs["x"][2, 3, :60] * learner.surfaces.sensor_scale,
         side.spectra[sensor[2, 3]],
         rtol=1e-4,
         atol=1e-6,
     )
     np.testing.assert_allclose(
-        given["x"][2, 3, 60:], display_rated[scored[2, 3]].rated.scores[raters[2, 3]], rtol=1e-6
+        inputs["x"][2, 3, 60:], display_rated[scored[2, 3]].rated.scores[raters[2, 3]], rtol=1e-6
     )
 
 
@@ -92,11 +92,11 @@ def test_iterations_are_as_many_whatever_a_step_holds(tiny, kind, data, trained)
 
 
 def test_curves_of_every_iteration_and_the_choice_are_kept(learner):
-    for one in learner.trained:
-        assert one.curves.shape == (3, 24)
-        allowed = one.curves[0, 3:]
-        assert one.chosen.iteration == int(np.argmin(allowed)) + 4
-        assert one.chosen.loss == allowed.min()
+    for pair in learner.trained:
+        assert pair.curves.shape == (3, 24)
+        allowed = pair.curves[0, 3:]
+        assert pair.chosen.iteration == int(np.argmin(allowed)) + 4
+        assert pair.chosen.loss == allowed.min()
 
 
 def test_weights_are_those_that_the_chosen_loss_was_of(tiny, kind, data, trained):

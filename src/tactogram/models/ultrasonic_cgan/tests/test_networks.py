@@ -78,5 +78,5 @@ def test_negative_slope_is_that_of_equation_1():
 
 def test_output_can_go_below_zero():
     with torch.no_grad():
-        made = Generator(Config(), words=10).eval()(torch.rand(8, 1010))
-    assert made.min() < 0 < made.max()
+        output = Generator(Config(), words=10).eval()(torch.rand(8, 1010))
+    assert output.min() < 0 < output.max()

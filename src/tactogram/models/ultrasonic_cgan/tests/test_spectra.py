@@ -15,19 +15,19 @@ def test_a_measurement_gives_84_spectra_of_1000_bins():
     signal = Signal(
         np.random.default_rng(0).standard_normal((4, 25_000)), 10_000.0, "V", ("a", "b", "c", "d")
     )
-    found = sensor_spectra(signal, Config())
-    assert found.shape == (4, 21, 1000)
+    spectra = sensor_spectra(signal, Config())
+    assert spectra.shape == (4, 21, 1000)
 
 
 def test_spectra_are_those_of_a_plain_transform_of_the_middle_two_seconds(tiny, measurement):
     signal = measurement(1, 0, 0, 0).signal
-    found = sensor_spectra(signal, tiny)
+    spectra = sensor_spectra(signal, tiny)
     x = signal.samples[2, 125:1125].astype(float)
     x = (x - x.mean()) / x.std()
     for window in (0, 7, 20):
         start = 25 * window  # 0.05 s
         naive = np.abs(np.fft.rfft(x[start : start + 500])) / 250
-        np.testing.assert_allclose(found[2, window], naive[1:61], rtol=1e-4, atol=1e-6)
+        np.testing.assert_allclose(spectra[2, window], naive[1:61], rtol=1e-4, atol=1e-6)
 
 
 def test_level_and_offset_of_a_sensor_do_not_matter_and_those_of_a_display_signal_do(

@@ -53,7 +53,7 @@ TABLE_2 = [
 ]  # fmt: skip
 
 
-def layers(network, *given):
+def layers(network, *inputs):
     """(name, shape of what comes out, parameters) of each layer, in the order they are called."""
     seen = []
 
@@ -67,7 +67,7 @@ def layers(network, *given):
     for name, module in network.named_modules():
         if (isinstance(module, kinds) and "bottleneck" not in name) or name == "bottleneck":
             module.register_forward_hook(note(name))
-    network(*given)
+    network(*inputs)
     return seen
 
 
@@ -116,12 +116,12 @@ def learner(**changes):
 
 @pytest.fixture(scope="module")
 def trained():
-    made = learner(
+    model = learner(
         **{"predictor.epochs": 12, "predictor.learning_rate": 0.01, "steps": 250, "learning_rate": 4e-3}
     )
-    made.set_validation(UNSEEN)
-    fit(made, TRAINING, seed=0)
-    return made
+    model.set_validation(UNSEEN)
+    fit(model, TRAINING, seed=0)
+    return model
 
 
 def photo(material):
@@ -161,12 +161,12 @@ def test_given_material_replaces_the_predicted_label(trained):
 
 
 def test_probabilities_of_the_instance_replace_its_label(trained):
-    made = learner(label="probabilities")
-    made.predictor.bare.load_state_dict(trained.predictor.bare.state_dict())
-    crops = torch.cat([made.translation.photo({"image": photo("fine")}, n, seed=0) for n in range(5)])
-    expected = made.predictor.bare.eval()(crops).softmax(1)
-    torch.testing.assert_close(made.conditioning(crops)[0], expected)
-    torch.testing.assert_close(made._label({"image": photo("fine")}), expected.mean(0)[None])
+    model = learner(label="probabilities")
+    model.predictor.bare.load_state_dict(trained.predictor.bare.state_dict())
+    crops = torch.cat([model.translation.photo({"image": photo("fine")}, n, seed=0) for n in range(5)])
+    expected = model.predictor.bare.eval()(crops).softmax(1)
+    torch.testing.assert_close(model.conditioning(crops)[0], expected)
+    torch.testing.assert_close(model._label({"image": photo("fine")}), expected.mean(0)[None])
     torch.testing.assert_close(
         trained.conditioning(crops)[0], torch.eye(len(KIND.materials))[expected.argmax(1)]
     )
@@ -180,9 +180,9 @@ def test_weights_kept_are_the_best_on_what_is_watched(trained):
 
 
 def test_without_anything_to_watch_the_last_weights_stay_and_it_says_so():
-    made = learner()
-    fit(made, TRAINING, seed=0)
-    assert made.state()["gan"]["chosen_by"] == "last step"
+    model = learner()
+    fit(model, TRAINING, seed=0)
+    assert model.state()["gan"]["chosen_by"] == "last step"
 
 
 def test_a_size_the_generator_cannot_halve_is_refused_before_the_predictor_is_trained():
@@ -191,12 +191,12 @@ def test_a_size_the_generator_cannot_halve_is_refused_before_the_predictor_is_tr
 
 
 def test_where_crops_are_split_weights_are_chosen_by_crops_kept_apart():
-    made = learner(**{"pairs.protocol": "crop-split", "pairs.per_photo": 5, "pairs.per_recording": 5})
-    made.set_validation(())  # --split all: no recording is kept apart
-    fit(made, TRAINING, seed=0)
-    assert made.state()["gan"]["chosen_by"] == "row_statistics"
-    assert set(made.validate(())) == {"row_statistics_unseen", "label_accuracy_unseen"}
-    train, judged = made.translation.pairs(TRAINING), made.unseen(())
+    model = learner(**{"pairs.protocol": "crop-split", "pairs.per_photo": 5, "pairs.per_recording": 5})
+    model.set_validation(())  # --split all: no recording is kept apart
+    fit(model, TRAINING, seed=0)
+    assert model.state()["gan"]["chosen_by"] == "row_statistics"
+    assert set(model.validate(())) == {"row_statistics_unseen", "label_accuracy_unseen"}
+    train, judged = model.translation.pairs(TRAINING), model.unseen(())
     assert not set(train.pairs[:, 0]) & set(judged.pairs[:, 0])
     assert not set(train.pairs[:, 1]) & set(judged.pairs[:, 1])
 
@@ -204,14 +204,14 @@ def test_where_crops_are_split_weights_are_chosen_by_crops_kept_apart():
 def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_by(trained):
     state = trained.state()
     state["gan"] = state["gan"] | {"chosen_by": "lpips", "best": 1e-9}
-    made = learner()
-    made.load_state(state)
-    assert made.gan.state()["chosen_by"] == "lpips"
-    assert made.validate(UNSEEN)["row_statistics_unseen"] == trained.validate(UNSEEN)["row_statistics_unseen"]
-    made.set_validation(UNSEEN)  # LPIPS is gone: what it said is not compared with what is said now
-    made.gan.choose(made.make, made.translation.unseen(UNSEEN))
-    assert made.gan.state()["chosen_by"] == "row_statistics"
-    assert made.gan.best > 1e-9
+    copy = learner()
+    copy.load_state(state)
+    assert copy.gan.state()["chosen_by"] == "lpips"
+    assert copy.validate(UNSEEN)["row_statistics_unseen"] == trained.validate(UNSEEN)["row_statistics_unseen"]
+    copy.set_validation(UNSEEN)  # LPIPS is gone: what it said is not compared with what is said now
+    copy.gan.choose(copy.make, copy.translation.unseen(UNSEEN))
+    assert copy.gan.state()["chosen_by"] == "row_statistics"
+    assert copy.gan.best > 1e-9
 
 
 @pytest.mark.parametrize(
@@ -225,18 +225,18 @@ def test_figures_bear_the_name_of_what_they_are_not_of_what_weights_were_chosen_
     ],
 )
 def test_ablations_and_variant_train(changes):
-    made, seen = learner(**changes), []
-    fit(made, TRAINING, seed=0, on_step=lambda place, stage, losses: seen.append((stage.name, losses)))
+    model, seen = learner(**changes), []
+    fit(model, TRAINING, seed=0, on_step=lambda position, stage, losses: seen.append((stage.name, losses)))
     assert all(math.isfinite(value) for _, losses in seen for value in losses.values())
     assert ("label predictor" in dict(seen)) == changes.get("conditional", True)
 
 
 def test_without_cbn_nothing_is_named_and_no_material_taken():
-    made = learner(conditional=False)
+    model = learner(conditional=False)
     with pytest.raises(ParameterError, match="cannot classify"):
-        made.classify_photograph(photo("fine"))
+        model.classify_photograph(photo("fine"))
     with pytest.raises(ParameterError, match="takes no material"):
-        made.generate({"image": photo("fine"), "material": "fine"}, seed=0)
+        model.generate({"image": photo("fine"), "material": "fine"}, seed=0)
 
 
 def test_small_photographs_missing_ones_and_several_axes_are_one_line_each(trained):
@@ -258,41 +258,41 @@ def hum_db(x):
 
 
 def test_matched_bands_give_the_labels_recordings_their_level_whatever_was_drawn():
-    made = learner(match_bands=True, **{"pairs.excitation": "noise", "pairs.smooth": 9})
+    model = learner(match_bands=True, **{"pairs.excitation": "noise", "pairs.smooth": 9})
     figures = []
-    fit(made, TRAINING, seed=0, on_step=lambda place, stage, losses: figures.append(losses))
+    fit(model, TRAINING, seed=0, on_step=lambda position, stage, losses: figures.append(losses))
     assert figures[-1]["band_correction_db"] > 3  # four steps teach next to nothing
     off = []
     for name in KIND.materials:
         real = np.mean([hum_db(e.signal.samples[0]) for e in UNSEEN if e.material == name])
         condition = {"image": photo(name), "material": name}
-        ours = [hum_db(made.generate(condition, seed=seed).samples[0]) for seed in range(6)]
-        plain = [hum_db(made._unmatched(condition, 0.8, seed=seed).samples[0]) for seed in range(6)]
+        ours = [hum_db(model.generate(condition, seed=seed).samples[0]) for seed in range(6)]
+        plain = [hum_db(model._unmatched(condition, 0.8, seed=seed).samples[0]) for seed in range(6)]
         assert abs(np.mean(ours) - real) < 3
         off.append(abs(np.mean(plain) - real))
     assert max(off) > 6
-    signal = made.generate({"image": photo("fine")}, seed=0)
+    signal = model.generate({"image": photo("fine")}, seed=0)
     again = learner(match_bands=True, **{"pairs.excitation": "noise", "pairs.smooth": 9})
-    again.load_state(made.state())
+    again.load_state(model.state())
     np.testing.assert_array_equal(again.generate({"image": photo("fine")}, seed=0).samples, signal.samples)
 
 
 def test_matching_needs_labels_and_recordings_longer_than_its_filters():
     with pytest.raises(ParameterError, match="needs the label"):
         learner(match_bands=True, conditional=False)
-    made = learner(match_bands=True)
+    model = learner(match_bands=True)
     brief = [Example(e.id, e.signal.cut(0, 480), e.material, photographs=e.photographs) for e in TRAINING]
     with pytest.raises(ParameterError, match=r"recordings of coarse of at least 0.501 s"):
-        fit(made, brief, seed=0)
+        fit(model, brief, seed=0)
 
 
 def test_a_label_is_heard_from_the_first_step_where_its_weights_begin_large():
     def heard(gain):
-        made, image = learner(label_gain=gain), photo("fine")
-        made.translation.fit(TRAINING)
-        one, other = (made._label({"image": image, "material": name}) for name in KIND.materials)
-        crop = made.translation.photo({"image": image}, 0, seed=0)
-        return (made._generated(crop, one) - made._generated(crop, other)).abs().mean().item()
+        model, image = learner(label_gain=gain), photo("fine")
+        model.translation.fit(TRAINING)
+        one, other = (model._label({"image": image, "material": name}) for name in KIND.materials)
+        crop = model.translation.photo({"image": image}, 0, seed=0)
+        return (model._generated(crop, one) - model._generated(crop, other)).abs().mean().item()
 
     assert heard(1.0) > 10 * heard(0.02)
 

@@ -61,17 +61,17 @@ def test_an_update_is_adversarial_and_10_l1_and_40_feature_matching(label):
     g, d = deepcopy(ours.gan.generator), deepcopy(ours.gan.discriminator)
     adams = [torch.optim.Adam(n.parameters(), lr=2e-4, betas=(0.5, 0.999)) for n in (g, d)]
     for number, share in ((0, 1.0), (4, 1.0), (6, 0.5)):
-        given = _, photo, picture, true, *_ = batch(number)
-        figures = ours.step(Stage("gan", STEPS), given)
+        inputs = _, photo, picture, true, *_ = batch(number)
+        figures = ours.step(Stage("gan", STEPS), inputs)
         probabilities = ours.predictor.bare.eval()(photo).softmax(1)
         predicted = one_hot(probabilities.argmax(1), 2)
         assert not torch.equal(predicted.argmax(1), true)  # else this would not notice whose label it is
         condition = {"true": one_hot(true, 2), "predicted": predicted, "probabilities": probabilities.float()}
-        made = g(photo, condition[label].double())
-        real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, made.detach(), made))
+        generated = g(photo, condition[label].double())
+        real, fake, outputs = (d(torch.cat((photo, x), 1)) for x in (picture, generated.detach(), generated))
         adversarial, l1, matching = (
             says_real(outputs),
-            (made - picture).abs().mean(),
+            (generated - picture).abs().mean(),
             feature_distance(outputs, real),
         )
         loss_d = says_real(real) + says_made(fake)
