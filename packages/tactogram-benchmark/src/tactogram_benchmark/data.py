@@ -69,11 +69,11 @@ class OpenTask:
 
     def by_material(self, part: Literal["train", "test"]) -> dict[str, list[Example]]:
         """Return the examples of a part by material, without those of none."""
-        found: dict[str, list[Example]] = {}
+        examples: dict[str, list[Example]] = {}
         for example in self.train if part == "train" else self.test:
             if example.material is not None:
-                found.setdefault(example.material, []).append(example)
-        return found
+                examples.setdefault(example.material, []).append(example)
+        return examples
 
     def counts(self, part: str) -> Counter[str]:
         """Return the number of recordings of each material in a part, without reading them."""
@@ -133,8 +133,8 @@ def open_named(name: str, folder: Path | str, progress: ProgressCallback | None)
 
 def find_store(task: BenchmarkTask, places: Sequence[Path]) -> Store | None:
     """Return the store of a task, by its hash, in ``places`` or the folders in them; None if there is none."""
-    for place in places:
-        for file in (place / "dataset.json", *sorted(place.glob("*/dataset.json"))):
+    for folder in places:
+        for file in (folder / "dataset.json", *sorted(folder.glob("*/dataset.json"))):
             if not file.is_file():
                 continue
             try:

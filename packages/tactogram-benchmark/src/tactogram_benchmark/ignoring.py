@@ -36,19 +36,19 @@ def array_of(content: Content, seconds: float | None = None) -> NDArray[Any]:
     return content.samples.take(range(int(np.ceil(seconds * content.rate))), axis=1, mode="wrap")
 
 
-def _alike(items: Sequence[tuple[Condition, T]], given: Condition) -> list[T]:
+def _alike(items: Sequence[tuple[Condition, T]], asked: Condition) -> list[T]:
     """Return the items of the speed and force that are given; all, if there are none of these."""
-    wanted = {name: given[name] for name in ("speed_mm_s", "force_n") if name in given}
-    found = [of for condition, of in items if all(condition.get(n) == wanted[n] for n in wanted)]
-    return found or [of for _, of in items]
+    motion = {name: asked[name] for name in ("speed_mm_s", "force_n") if name in asked}
+    matches = [of for condition, of in items if all(condition.get(n) == motion[n] for n in motion)]
+    return matches or [of for _, of in items]
 
 
 def _random(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
-    items, found = kind_of(opened.task.kind).training_items(opened), {}
+    items, answers = kind_of(opened.task.kind).training_items(opened), {}
     for question in questions:
         rng, alike = child_rng(seed, "benchmark", "random", question.id), _alike(items, question.given)
-        found[question.id] = array_of(alike[int(rng.integers(len(alike)))], question.seconds)
-    return found
+        answers[question.id] = array_of(alike[int(rng.integers(len(alike)))], question.seconds)
+    return answers
 
 
 def _mean(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
@@ -58,14 +58,14 @@ def _mean(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers
     size = min([LONGEST_SEGMENT, *map(len, signals)])
     described = [(condition, _described(each, size)) for condition, each in items]
     seconds = float(np.median([each.extent for each in signals])) if signals else 0.0
-    found = {}
+    answers = {}
     for question in questions:
-        found[question.id] = np.nanmean(_alike(described, question.given), axis=0)
+        answers[question.id] = np.nanmean(_alike(described, question.given), axis=0)
         if signals:
             rng, rate = child_rng(seed, "benchmark", "mean", question.id), signals[0].rate
             samples = int(np.ceil((question.seconds or seconds) * rate))
-            found[question.id] = _noise(found[question.id], samples, rate, rng)
-    return found
+            answers[question.id] = _noise(answers[question.id], samples, rate, rng)
+    return answers
 
 
 def _described(content: Content, size: int) -> NDArray[np.float64]:

@@ -130,8 +130,8 @@ def score_answers(
     for seed, file in sorted(files.items()):
         answers = load_arrays(file)
         check_answers(form, questions, answers, where=str(file))
-        given = {one.id: answers[hashed.id] for one, hashed in zip(own, questions, strict=True)}
-        judgement = kind.judged(opened, given, progress)
+        by_id = {question.id: answers[hashed.id] for question, hashed in zip(own, questions, strict=True)}
+        judgement = kind.judged(opened, by_id, progress)
         how = f"{about.how} {about.code}".strip()
         result = result_of(opened, about.model, "outside", seed, judgement, recipe=how)
         results.append(result)
@@ -180,14 +180,14 @@ def _example(opened: OpenTask, example: Any, arrays: dict[str, NDArray[Any]]) ->
 
 def _given(id: str, given: Mapping[str, Any], arrays: dict[str, NDArray[Any]]) -> dict[str, Any]:
     """Return the given conditions as JSON types; signals and images are named, and added to ``arrays``."""
-    found: dict[str, Any] = {}
+    described: dict[str, Any] = {}
     for name, value in given.items():
         if isinstance(value, Signal | Image):
-            found[name] = f"{id}/{name}"
-            arrays[found[name]] = value.samples if isinstance(value, Signal) else value.pixels
+            described[name] = f"{id}/{name}"
+            arrays[described[name]] = value.samples if isinstance(value, Signal) else value.pixels
         else:
-            found[name] = dict(value) if isinstance(value, Mapping) else value
-    return found
+            described[name] = dict(value) if isinstance(value, Mapping) else value
+    return described
 
 
 def _save(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -133,7 +133,7 @@ def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) 
                 for file in sorted((root / model).glob("*.*")):
                     if file.suffix in (".flac", ".png"):
                         files.setdefault(file.stem, {})[model] = file
-    found = []
+    items = []
     for item, by_model in files.items():
         signals = {model: read_signal(file) for model, file in by_model.items() if file.suffix == ".flac"}
         sounds = {model: audible(_beginning(signal)) for model, signal in signals.items()}
@@ -144,8 +144,8 @@ def _shown(task: BenchmarkTask, models: Sequence[str], folders: Sequence[Path]) 
             else {"model": model, "sound": "", "picture": base64.b64encode(file.read_bytes()).decode()}
             for model, file in by_model.items()
         ]
-        found.append({"item": item, "entries": entries})
-    return found
+        items.append({"item": item, "entries": entries})
+    return items
 
 
 def _beginning(signal: Signal) -> Signal:

@@ -145,11 +145,11 @@ def _comparisons(
         ]
         steady.append(bool(per_seed) and (all(d > 0 for d in per_seed) or all(d < 0 for d in per_seed)))
     corrected = false_discovery_control(ps) if ps else []
-    found = {}
+    surpasses = {}
     for (one, other), p, first, sure in zip(pairs, corrected, directions, steady, strict=True):
         told = bool(p < SIGNIFICANCE and sure)
-        found[one, other], found[other, one] = told and bool(first), told and not first
-    return found
+        surpasses[one, other], surpasses[other, one] = told and bool(first), told and not first
+    return surpasses
 
 
 def _surpasses(one: Sequence[BenchmarkResult], other: Sequence[BenchmarkResult], sign: float) -> bool:

@@ -187,12 +187,12 @@ def read_results(folders: Iterable[Path]) -> list[BenchmarkResult]:
     DataError, ParameterError
         If a file is no result.
     """
-    found: dict[tuple[str, str, int], BenchmarkResult] = {}
+    newest: dict[tuple[str, str, int], BenchmarkResult] = {}
     for folder in folders:
         for file in sorted(folder.glob("*/*.json")):
             result = BenchmarkResult.load(file)
-            found[result.task, result.model, result.seed] = result
-    return list(found.values())
+            newest[result.task, result.model, result.seed] = result
+    return list(newest.values())
 
 
 def brief(results: Iterable[BenchmarkResult]) -> str:
@@ -226,7 +226,7 @@ def device() -> str:
 @cache
 def code_revision() -> str:
     """Return the version of the package, and the revision of its source, marked where files differ from it."""
-    found = version("tactogram")
+    release = version("tactogram")
     folder = Path(__file__).parent
     git = ["git", "-C", str(folder)]
     try:
@@ -237,8 +237,8 @@ def code_revision() -> str:
             check=True,
         )
     except (OSError, subprocess.CalledProcessError):
-        return found
-    return f"{found}+{revision.stdout.decode().strip()}{'.changed' if changed.stdout.strip() else ''}"
+        return release
+    return f"{release}+{revision.stdout.decode().strip()}{'.changed' if changed.stdout.strip() else ''}"
 
 
 RECORDED = "recorded"
@@ -256,11 +256,11 @@ def save_shown(
     folder = (out if simulated else out / REAL_FOLDER) / task / "shown"
     for name, content in shown.items():
         item = name.removesuffix(f" {RECORDED}")
-        place = folder / (model if item == name else RECORDED) / re.sub(r"[^\w.=+-]+", "_", item)
+        path = folder / (model if item == name else RECORDED) / re.sub(r"[^\w.=+-]+", "_", item)
         if isinstance(content, Image):
             from PIL import Image as Picture
 
-            with atomic_write(place.with_name(place.name + ".png")) as part:
+            with atomic_write(path.with_name(path.name + ".png")) as part:
                 Picture.fromarray(content.pixels).save(part)
         else:
-            write_signal(place.with_name(place.name + ".flac"), content)
+            write_signal(path.with_name(path.name + ".flac"), content)

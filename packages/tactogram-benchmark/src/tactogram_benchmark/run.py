@@ -56,10 +56,10 @@ class BenchmarkCell:
 def entries_of(opened: OpenTask, model_folders: Sequence[Path | str] = ()) -> dict[str, Entry]:
     """Return the models and baselines that can answer a task."""
     kind = kind_of(opened.task.kind)
-    found: dict[str, Entry] = {
+    entries: dict[str, Entry] = {
         name: "model" for name, facts in models.available(model_folders).items() if kind.fits(opened, facts)
     }
-    return found | dict.fromkeys(kind.baselines, "baseline")
+    return entries | dict.fromkeys(kind.baselines, "baseline")
 
 
 def answer_cell(cell: BenchmarkCell) -> str:

@@ -53,7 +53,7 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
     def order(task: BenchmarkTask) -> tuple[int, bool, str]:
         return kind_of(task.kind).rank, task.data.simulated, task.name
 
-    found = []
+    tables = []
     for task in sorted(tasks.values(), key=order):
         name = task.name
         version = kind_of(task.kind).version
@@ -62,8 +62,8 @@ def tables_of(results: Sequence[BenchmarkResult], tasks: Mapping[str, BenchmarkT
         known = {entry.model for entry in ranked}
         failed = {r.model: r for r in held if r.failed and r.model not in known}
         if ranked:
-            found.append(TaskTable(task, tuple(ranked), tuple(failed.values())))
-    return found
+            tables.append(TaskTable(task, tuple(ranked), tuple(failed.values())))
+    return tables
 
 
 def standing_of(
@@ -89,12 +89,12 @@ def markdown(tables: Sequence[TaskTable]) -> str:
         first, task = table.ranked[0], table.task
         tied = ", ".join(f"`{name}`" for name in first.not_told_apart) or "–"
         main = first.results[0].main
-        given = kind_of(task.kind).given_in(task)
+        inputs = kind_of(task.kind).given_in(task)
         best = f"`{first.model}`{about_text(first)} {value_text(first)}"
         if table.best_new:
             best += f"; making something new: `{table.best_new.model}` {value_text(table.best_new)}"
         ends = map(number, (main.floor, main.ceiling))
-        lines.append(_row(f"[{task.title}](#{task.name})", data_text(task), given, best, tied, *ends))
+        lines.append(_row(f"[{task.title}](#{task.name})", data_text(task), inputs, best, tied, *ends))
     for table in tables:
         lines += ["", *_section(table)]
     return "\n".join(lines) + "\n"

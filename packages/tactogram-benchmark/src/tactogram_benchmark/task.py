@@ -110,11 +110,11 @@ class BenchmarkTask(TaskDescription):
             content = path.read_bytes()
         except OSError as error:
             raise DataError(path, f"expected the split of {self.name}, got {error.strerror}") from error
-        found = hashlib.sha256(content).hexdigest()
-        if found != self.split_sha256:
+        digest = hashlib.sha256(content).hexdigest()
+        if digest != self.split_sha256:
             raise DataError(
                 path,
-                f"SHA-256 must be {self.split_sha256[:12]}… as {self.file.name} states, got {found[:12]}…; "
+                f"SHA-256 must be {self.split_sha256[:12]}… as {self.file.name} states, got {digest[:12]}…; "
                 "restore the file, or give the changed task another name",
             )
         return Split.load(path)
@@ -130,19 +130,19 @@ def available_tasks(folders: Sequence[Path | str] = ()) -> dict[str, BenchmarkTa
     ParameterError
         If a task is invalid, a folder has none, or two tasks have one name.
     """
-    found: dict[str, BenchmarkTask] = {}
+    tasks: dict[str, BenchmarkTask] = {}
     for folder in (TASKS, *further_folders(FOLDERS_VARIABLE, folders)):
         files = sorted(folder.glob("*.toml"))
         if not files:
             raise ParameterError(f"{folder}: expected a folder of tasks, found no .toml file in it")
         for file in files:
-            if file.stem in found:
-                if found[file.stem].file.resolve() == file.resolve():
+            if file.stem in tasks:
+                if tasks[file.stem].file.resolve() == file.resolve():
                     continue
-                raise ParameterError(f"two tasks are called {file.stem!r}: {found[file.stem].file}, {file}")
+                raise ParameterError(f"two tasks are called {file.stem!r}: {tasks[file.stem].file}, {file}")
             described = validated(TaskDescription, read_toml(file), where=str(file))
-            found[file.stem] = BenchmarkTask(**dict(described), name=file.stem, file=file)
-    return found
+            tasks[file.stem] = BenchmarkTask(**dict(described), name=file.stem, file=file)
+    return tasks
 
 
 def find_task(name: str, folders: Sequence[Path | str] = ()) -> BenchmarkTask:

@@ -221,11 +221,11 @@ class TaskKind(ABC):
 
     def judged(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return what `judge` does; of a task that is ``aggregate_only`` no answers, and no values of items."""
-        found = self.judge(opened, answers, progress)
+        whole = self.judge(opened, answers, progress)
         if not opened.task.aggregate_only:
-            return found
-        pooled = {name: replace(each, by_item=_pooled(each.by_item)) for name, each in found.figures.items()}
-        return Judgement(pooled, found.notes)
+            return whole
+        pooled = {name: replace(each, by_item=_pooled(each.by_item)) for name, each in whole.figures.items()}
+        return Judgement(pooled, whole.notes)
 
 
 def kind_of(name: str) -> TaskKind:

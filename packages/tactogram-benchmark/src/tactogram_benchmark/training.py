@@ -68,15 +68,15 @@ def trained_for(
         If ``stop`` ended it.
     """
     plan = training_plan(opened, model, seed=seed, recipe=recipe, model_folders=model_folders)
-    place = opened.folder / folder / f"{model.name}-{plan.identity}"
-    with _alone(place):
-        if not (place / "model.safetensors").is_file():
-            begun, before = (place / "recipe.toml").is_file(), training_seconds(place) or 0.0
+    run_folder = opened.folder / folder / f"{model.name}-{plan.identity}"
+    with _alone(run_folder):
+        if not (run_folder / "model.safetensors").is_file():
+            begun, before = (run_folder / "recipe.toml").is_file(), training_seconds(run_folder) or 0.0
             started = time.perf_counter()
             try:
                 train_plan(
                     plan,
-                    Run(place),
+                    Run(run_folder),
                     resume=begun,
                     accelerator="auto",
                     prepared=opened.prepared,
@@ -84,9 +84,9 @@ def trained_for(
                     stop=stop,
                 )
             finally:
-                if place.is_dir():  # unless it was refused
-                    write_text(place / SECONDS, f"{before + time.perf_counter() - started:.1f}\n")
-    return load_run(place, model_folders=model_folders)
+                if run_folder.is_dir():  # unless it was refused
+                    write_text(run_folder / SECONDS, f"{before + time.perf_counter() - started:.1f}\n")
+    return load_run(run_folder, model_folders=model_folders)
 
 
 def training_seconds(place: Path) -> float | None:
@@ -96,10 +96,10 @@ def training_seconds(place: Path) -> float | None:
 
 
 @contextmanager
-def _alone(place: Path) -> Iterator[None]:
+def _alone(run_folder: Path) -> Iterator[None]:
     """Wait while another worker trains the same run: tasks of one data set and split share it."""
-    place.parent.mkdir(parents=True, exist_ok=True)
-    with place.with_name(f"{place.name}.lock").open("ab") as file:
+    run_folder.parent.mkdir(parents=True, exist_ok=True)
+    with run_folder.with_name(f"{run_folder.name}.lock").open("ab") as file:
         while not lock(file.fileno()):
             time.sleep(BETWEEN_S)
         yield
@@ -114,7 +114,7 @@ def training_plan(
     file = facts.recipe(recipe or chosen.recipe)
     read = Recipe.load(file, changes=chosen.changes if not recipe else None)
     values = with_changes(read.model_dump(), {"seed": seed, "prepare": opened.task.prepare.model_dump()})
-    made = Recipe.of(values, where=str(file))
+    full_recipe = Recipe.of(values, where=str(file))
     rated = None if facts.learns_from == "recordings" else RatingData(opened.store, facts.learns_from)
     split, label = opened.split, opened.task.label
     if kind_of(opened.task.kind).validation_judges:
@@ -125,8 +125,8 @@ def training_plan(
     return TrainingPlan(
         opened.store,
         facts,
-        made,
-        facts.config(made.config),
+        full_recipe,
+        facts.config(full_recipe.config),
         split,
         rated,
         label,

@@ -44,18 +44,18 @@ def list_tasks(
     from tactogram_benchmark.task import available_tasks
 
     places = (Path(folder) / "stores", *further_folders(STORES_VARIABLE, stores))
-    found = {}
+    rows = {}
     for name, task in available_tasks(task_folders).items():
         there = find_store(task, places) is not None
         missing = "simulated on demand" if task.data.simulated else f"missing: import {task.data.importer}"
-        found[name] = {
+        rows[name] = {
             "title": task.title,
             "kind": task.kind,
             "data": task.data.what,
             "simulated": task.data.simulated,
             "state": "available" if there else missing,
         }
-    return found
+    return rows
 
 
 @checked
@@ -136,14 +136,14 @@ def run_benchmark(
     if seeds > (most := max(len(known[name].seeds) for name in tasks or known)):
         raise ParameterError.must("seeds", f"be at most {most}, those that the tasks state", seeds)
     work = Path(folder).resolve()
-    place = Path(out).resolve() if out else work / "results"
+    results = Path(out).resolve() if out else work / "results"
     # A worker on another machine has not this environment.
     places = {
         "stores": _folders(STORES_VARIABLE, stores),
         "task_folders": _folders(FOLDERS_VARIABLE, task_folders),
         "model_folders": _folders(models.FOLDERS_VARIABLE, model_folders),
     }
-    for each in (work, place):
+    for each in (work, results):
         check_writable(each, folder=True)
     cells: list[BenchmarkCell] = []
     skipped: list[str] = []
@@ -159,7 +159,7 @@ def run_benchmark(
         named |= entries.keys()
         cells += [
             BenchmarkCell(
-                name, model, entry, seed, str(work), str(place), recipe, longest_min or math.inf, **places
+                name, model, entry, seed, str(work), str(results), recipe, longest_min or math.inf, **places
             )
             for model, entry in entries.items()
             if not chosen or model in chosen
@@ -185,15 +185,15 @@ def run_benchmark(
         "kept": len(cells) - len(todo),
         "failed": failed,
         "skipped": skipped,
-        "out": str(place),
+        "out": str(results),
         "complete": not failed and not (skipped and tasks),
     }
 
 
-def _folders(variable: str, given: Sequence[Path | str]) -> tuple[str, ...]:
+def _folders(variable: str, folders: Sequence[Path | str]) -> tuple[str, ...]:
     from tactogram.plugins import further_folders
 
-    return tuple(str(path.resolve()) for path in further_folders(variable, given))
+    return tuple(str(path.resolve()) for path in further_folders(variable, folders))
 
 
 @checked
@@ -370,13 +370,13 @@ def score_answers(
     from tactogram_benchmark.result import committed_results
     from tactogram_benchmark.table import standing_of
 
-    place = Path(out or Path(folder) / "results")
+    results_folder = Path(out or Path(folder) / "results")
     opened = open_named(task, folder, progress)
-    results = outside.score_answers(opened, Path(answers), place, progress=progress or silent)
+    results = outside.score_answers(opened, Path(answers), results_folder, progress=progress or silent)
     standing, sentence = standing_of(opened.task, results, committed_results())
     return {
         "results": [result.model_dump(mode="json") for result in results],
-        "files": [str(result.file(place)) for result in results],
+        "files": [str(result.file(results_folder)) for result in results],
         **standing,
         "sentence": sentence,
     }

@@ -144,9 +144,9 @@ class Answers:
         """
         rows: Iterable[Answer] = self.rows if keep is None else filter(keep, self.rows)
         for name, value in values.items():
-            wanted = set(value) if isinstance(value, tuple | list | set | frozenset) else {value}
+            accepted = set(value) if isinstance(value, tuple | list | set | frozenset) else {value}
             common = name in COLUMNS
-            rows = [r for r in rows if (getattr(r, name) if common else r.more.get(name, "")) in wanted]
+            rows = [r for r in rows if (getattr(r, name) if common else r.more.get(name, "")) in accepted]
         return Answers(tuple(rows))
 
     def by(self, name: str) -> dict[Any, Answers]:

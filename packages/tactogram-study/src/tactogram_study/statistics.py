@@ -163,8 +163,8 @@ def pooled_share(
         raise ParameterError(f"a share by participant needs two participants, got {len(people)}")
     if values.min() == values.max():
         return _unanimous(bool(values[0] > 0), len(people), margin)
-    place = {name: number for number, name in enumerate(people)}
-    logit, se, note = _logit(values, np.array([place[name] for name in participants]))
+    index_of = {name: number for number, name in enumerate(people)}
+    logit, se, note = _logit(values, np.array([index_of[name] for name in participants]))
     df = len(people) - 1
     t = logit / se
     half = float(stats.t.isf(TAIL, df)) * se

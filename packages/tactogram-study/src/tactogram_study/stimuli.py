@@ -17,7 +17,7 @@ Name = Annotated[str, Field(min_length=1, max_length=120)]
 if TYPE_CHECKING:
     Given = str
 else:
-    Given = Literal[tuple(name for name, one in condition_types().items() if one.unit)]
+    Given = Literal[tuple(name for name, condition in condition_types().items() if condition.unit)]
 """Conditions of a run that are numbers."""
 SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simulated_image")
 """Sources of a signal, and of a picture."""
@@ -72,9 +72,9 @@ class StimulusSource(BaseModel):
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        given = [name for name in SIGNALS if getattr(self, name)]
-        if len(given) > 1:
-            raise ValueError(f"a stimulus has one source, got {' and '.join(given)}")
+        sources = [name for name in SIGNALS if getattr(self, name)]
+        if len(sources) > 1:
+            raise ValueError(f"a stimulus has one source, got {' and '.join(sources)}")
         if (self.material or self.words) and not (self.run or self.image_run):
             raise ValueError("material and words are conditions of a run; give run or image_run, too")
         if self.autoregressive and not (self.file or self.simulated):

@@ -101,8 +101,8 @@ class Study(BaseModel):
         if twice := [name for name, count in names.items() if count > 1]:
             raise ValueError(f"names of stimuli must differ, got {twice[0]!r} twice")
         missing = [
-            _missing_text((*place, language))
-            for place, wording in wordings(self)
+            _missing_text((*keys, language))
+            for keys, wording in wordings(self)
             for language in self.languages
             if wording and not wording.in_language(language)
         ]
@@ -131,8 +131,8 @@ class Study(BaseModel):
         """Return the study that ``values`` describe; raise `ParameterError`, naming the key, if they describe none."""
         language_texts()  # a wrong language file is reported as such, not as a wrong design
         kind, design = _design_of(values, where)
-        made = validated(kind, design, where=f"{where}: design")
-        return validated(cls, {**values, "design": made}, where=where)
+        valid_design = validated(kind, design, where=f"{where}: design")
+        return validated(cls, {**values, "design": valid_design}, where=where)
 
     @classmethod
     def faults(cls, values: Mapping[str, Any]) -> tuple[Fault, ...]:
@@ -142,7 +142,7 @@ class Study(BaseModel):
         """
         kind, design = _design_of(values, "study")
         if wrong := faults(kind, design, where="design"):
-            return tuple(Fault(("design", *one.place), one.sentence) for one in wrong)
+            return tuple(Fault(("design", *fault.place), fault.sentence) for fault in wrong)
         return faults(cls, {**values, "design": kind.model_validate(dict(design))}, where="")
 
     @cached_property

@@ -42,7 +42,7 @@ def williams_square(n: int) -> np.ndarray:
     for an odd one. After E. J. Williams, "Experimental designs balanced for the estimation of residual effects of
     treatments", Aust. J. Sci. Res. A 2, 149-168 (1949).
     """
-    zigzag = np.array([(place + 1) // 2 if place % 2 else -(place // 2) for place in range(n)])
+    zigzag = np.array([(index + 1) // 2 if index % 2 else -(index // 2) for index in range(n)])
     square = (zigzag + np.arange(n)[:, None]) % n
     return square if n % 2 == 0 or n == 1 else np.concatenate([square, square[:, ::-1]])
 
@@ -73,7 +73,7 @@ def _places(
     if rule == "random":
         listed = [(repeat, i) for repeat in range(1, repeats + 1) for i in range(count)]
         drawn = generator(seed, participant, "order").permutation(len(listed))
-        return tuple((1, *listed[place]) for place in drawn)
+        return tuple((1, *listed[index]) for index in drawn)
     return tuple(
         (repeat, repeat, i)
         for repeat in range(1, repeats + 1)
@@ -224,7 +224,7 @@ class Page:
             raise ParameterError(
                 f"page {self.token} asks {', '.join(keys)}, got an answer to {unknown[0][:60]!r}"
             )
-        return {one.key: one.question.accepted(responses.get(one.key, "")) for one in self.questions}
+        return {asked.key: asked.question.accepted(responses.get(asked.key, "")) for asked in self.questions}
 
     def slot(self, name: str) -> PresentedStimulus:
         """Return the stimulus of a slot; raise `ParameterError` if the page has no such slot."""

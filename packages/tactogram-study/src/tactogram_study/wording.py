@@ -69,7 +69,7 @@ class Wording(RootModel[dict[str, str]]):
     def _serialised(self, info: SerializationInfo) -> dict[str, str]:
         """Return the texts; those of the ``languages`` of the context, if it names any."""
         languages = (info.context or {}).get("languages")
-        return self.texts if languages is None else {one: self.in_language(one) for one in languages}
+        return self.texts if languages is None else {tag: self.in_language(tag) for tag in languages}
 
     @property
     def texts(self) -> dict[str, str]:
@@ -135,7 +135,7 @@ def language_texts() -> Mapping[str, Texts]:
     Raises `ParameterError` if a file is not named after a language, or has a text that no page shows or that is not
     filled in like the English one; `DataError` if it cannot be read.
     """
-    own = (path.resolve() for place in further_folders(FOLDERS_VARIABLE) for path in _files(place))
+    own = (path.resolve() for source in further_folders(FOLDERS_VARIABLE) for path in _files(source))
     return _texts(tuple((path, path.stat().st_mtime_ns, path.stat().st_size) for path in own))
 
 
@@ -183,11 +183,11 @@ def _texts(own: tuple[tuple[Path, int, int], ...]) -> Mapping[str, Texts]:
     return texts
 
 
-def _files(place: Path) -> list[Path]:
-    paths = [place] if place.is_file() else sorted(place.glob("*.toml"))
+def _files(source: Path) -> list[Path]:
+    paths = [source] if source.is_file() else sorted(source.glob("*.toml"))
     if not paths:
         raise ParameterError(
-            f"{place}: must be a language file such as nl.toml or a folder of such files, found none"
+            f"{source}: must be a language file such as nl.toml or a folder of such files, found none"
         )
     for path in paths:
         if not re.fullmatch(TAG, path.stem):

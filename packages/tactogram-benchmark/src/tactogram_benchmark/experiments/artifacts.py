@@ -71,18 +71,20 @@ def trained_runs(
     """
     if on or processes is not None:
         sent = [
-            Training(one.model, Path(absolute(one.store)), Path(absolute(one.run)), one.options)
-            for one in trainings.values()
+            Training(job.model, Path(absolute(job.store)), Path(absolute(job.run)), job.options)
+            for job in trainings.values()
         ]
         outcomes = run_tasks(
             _trained, sent, on=on, name=_run_name, processes=processes or 1, progress=progress
         )
-        failed = [f"{_run_name(one.task)}: {one.error}" for one in outcomes if one.error is not None]
+        failed = [
+            f"{_run_name(outcome.task)}: {outcome.error}" for outcome in outcomes if outcome.error is not None
+        ]
         if failed:
             raise TactogramError(f"{len(failed)} of {len(sent)} trainings failed; {failed[0]}")
-    for key, one in trainings.items():
-        _trained(one, progress)
-        yield key, one.run
+    for key, training in trainings.items():
+        _trained(training, progress)
+        yield key, training.run
 
 
 def _run_name(training: Training) -> str:
@@ -99,25 +101,25 @@ def cached_result(
 ) -> dict[str, Any]:
     """Return the result in ``file`` if it has the same ``facts``, otherwise compute and write it."""
     if file.is_file():
-        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        if found["asked"] == facts:
-            return found
-    found = {"asked": dict(facts), **compute()}
+        result: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        if result["asked"] == facts:
+            return result
+    result = {"asked": dict(facts), **compute()}
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_text(file, json.dumps(found, indent=1) + "\n")
-    return found
+    write_text(file, json.dumps(result, indent=1) + "\n")
+    return result
 
 
 def write_items(folder: Path, items: Mapping[str, Signal | tuple[Signal, Image]]) -> Path:
     """Write what people can rate: signals, some with an image, into ``items``; return their table ``items.csv``."""
     rows = [("item", "vibration", "image")]
-    for item, given in items.items():
-        signal, image = given if isinstance(given, tuple) else (given, None)
-        place = f"items/{item.replace('/', '-').replace(' ', '-')}"
-        write_signal(folder / f"{place}.wav", signal)
+    for item, content in items.items():
+        signal, image = content if isinstance(content, tuple) else (content, None)
+        stem = f"items/{item.replace('/', '-').replace(' ', '-')}"
+        write_signal(folder / f"{stem}.wav", signal)
         if image is not None:
-            write_image(folder / f"{place}.png", image)
-        rows.append((item, f"{place}.wav", "" if image is None else f"{place}.png"))
+            write_image(folder / f"{stem}.png", image)
+        rows.append((item, f"{stem}.wav", "" if image is None else f"{stem}.png"))
     with atomic_write(folder / "items.csv") as part, part.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
     return folder / "items.csv"
@@ -179,13 +181,13 @@ def materials_of(store: Store) -> dict[str, str]:
     Raises `DataError` if one is missing.
     """
     known = {info.material for info in store.index}
-    found = {
+    materials = {
         name: next((m for m in (name, other) if m in known), "") for name, other in IN_RECORDINGS.items()
     }
-    if missing := [name for name, material in found.items() if not material]:
+    if missing := [name for name, material in materials.items() if not material]:
         raise DataError(
             store.path,
             "must have the nine textures of Saga et al., found none called "
             + ", ".join(f"{name} or {IN_RECORDINGS[name]}" for name in missing),
         )
-    return found
+    return materials

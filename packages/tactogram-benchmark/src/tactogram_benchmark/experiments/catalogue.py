@@ -29,12 +29,12 @@ BENCHMARKS = Path(__file__).parents[5] / "benchmarks"
 
 def experiments(folder: Path = PUBLISHED) -> dict[str, str]:
     """Return name and title of each experiment in a folder: its modules that define ``run``, in alphabetical order."""
-    found = {}
+    titles = {}
     for file in sorted(folder.glob("*.py")):
         module = ast.parse(file.read_text(encoding="utf-8"))
         if any(isinstance(node, ast.FunctionDef) and node.name == "run" for node in module.body):
-            found[file.stem] = (ast.get_docstring(module) or "").split("\n", 1)[0]
-    return found
+            titles[file.stem] = (ast.get_docstring(module) or "").split("\n", 1)[0]
+    return titles
 
 
 def result_files(name: str, runs: Path = Path("runs")) -> tuple[Path, ...]:
@@ -57,8 +57,8 @@ def header_of(file: Path) -> dict[str, Any]:
 def data_text(header: dict[str, Any]) -> str:
     """Return the names of the data in a header, simulated data marked as such; "" where it states none."""
     return ", ".join(
-        one["name"] + " (simulated)" * (one["simulated"] and "simulated" not in one["name"])
-        for one in header.get("data", ())
+        store["name"] + " (simulated)" * (store["simulated"] and "simulated" not in store["name"])
+        for store in header.get("data", ())
     )
 
 
@@ -130,14 +130,14 @@ def reproduce(
     folder = Path(out) if out else Path("runs") / name
     check_writable(folder, folder=True)
     folder.mkdir(parents=True, exist_ok=True)
-    given = dict(options or {}) | ({"data": str(data)} if data else {})
+    arguments = dict(options or {}) | ({"data": str(data)} if data else {})
     result: dict[str, Any] = run(
-        folder, paper=recipe == "paper", progress=progress or silent, **given, **workers
+        folder, paper=recipe == "paper", progress=progress or silent, **arguments, **workers
     )
     header = {
         "experiment": name,
         "recipe": recipe,
-        "options": {key: value for key, value in given.items() if key != "data"},
+        "options": {key: value for key, value in arguments.items() if key != "data"},
         "data": _data_of(result),
         "finished": datetime.now(UTC).isoformat(timespec="seconds"),
         "version": version("tactogram"),

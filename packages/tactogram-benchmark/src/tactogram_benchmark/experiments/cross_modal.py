@@ -76,13 +76,13 @@ def run(
     """
     recipe = recipe or ("paper" if paper else "quick")
     seen = find_or_simulate(folder / "tactile_images", "tactile_images", given=images, progress=progress)
-    felt = find_or_simulate(folder / "ultrasonic", "ultrasonic", given=data, progress=progress)
+    plate_store = find_or_simulate(folder / "ultrasonic", "ultrasonic", given=data, progress=progress)
     generator = Path(signal_run) if signal_run else folder / "runs" / f"signals-{seed}"
     if not signal_run:
         options: dict[str, Any] = {"recipe": recipe, "by": "session", "changes": {"seed": seed}}
-        trained_run("ultrasonic_cgan", felt, generator, **options, progress=progress)
-    made = generate_rated_surfaces(generator, seed=seed)
-    plates = plates_of(felt)
+        trained_run("ultrasonic_cgan", plate_store, generator, **options, progress=progress)
+    surfaces = generate_rated_surfaces(generator, seed=seed)
+    plates = plates_of(plate_store)
     shown: dict[str, dict[str, Image]] = {}
     for weight in WEIGHTS:
         sight = (
@@ -92,41 +92,41 @@ def run(
         )
         drawn = draws_of(load_run(sight), plates, draws=1)
         shown[f"weight {weight}"] = {name: row[0] for name, row in zip(plates.names, drawn, strict=True)}
-    met = [name for name in plates.names if name in made.signals]
+    met = [name for name in plates.names if name in surfaces.signals]
     if not met:
-        raise ParameterError(f"no signal of any plate was made: {'; '.join(made.failed.values())}")
-    alone = {f"{WITHOUT_MODELS}/{n}": made.straight[n] for n in met}
-    alone |= {f"{WITHOUT_IMAGES}/{n}": made.signals[n] for n in met}
-    pairs = {f"{weight}/{n}": (made.signals[n], held[n]) for weight, held in shown.items() for n in met}
+        raise ParameterError(f"no signal of any plate was made: {'; '.join(surfaces.failed.values())}")
+    alone = {f"{WITHOUT_MODELS}/{n}": surfaces.straight[n] for n in met}
+    alone |= {f"{WITHOUT_IMAGES}/{n}": surfaces.signals[n] for n in met}
+    pairs = {f"{weight}/{n}": (surfaces.signals[n], held[n]) for weight, held in shown.items() for n in met}
     items = write_items(folder, {**alone, **pairs})
     if ratings:
         table, told_by = read_table(Path(ratings)).ratings, "people"
         tables = (table, table)
     else:
         tables, told_by = _simulated(alone, pairs), "simulated observers"
-    targets = {name: made.targets[name] for name in met}
-    words = made.ratings.words
+    targets = {name: surfaces.targets[name] for name in met}
+    words = surfaces.ratings.words
     earlier = errors_of(tables[0].in_words(words), targets, (WITHOUT_MODELS, WITHOUT_IMAGES))
     later = errors_of(tables[1].in_words(words), targets, tuple(shown))
     of_three = (WITHOUT_MODELS, WITHOUT_IMAGES, f"weight {SHOWN}")
-    found = compare_cross_modal(earlier, later, words, shown=of_three)
+    errors = compare_cross_modal(earlier, later, words, shown=of_three)
     save_figure(
         folder / "figure5.png",
-        overall_figure(found, against=WITHOUT_IMAGES, published=PUBLISHED, told_by=told_by),
+        overall_figure(errors, against=WITHOUT_IMAGES, published=PUBLISHED, told_by=told_by),
     )
-    save_figure(folder / "figure6.png", per_word_figure(found, of_three, told_by=told_by))
+    save_figure(folder / "figure6.png", per_word_figure(errors, of_three, told_by=told_by))
     result: dict[str, Any] = {
         "figures": [str(folder / "figure5.png"), str(folder / "figure6.png")],
         "items": str(items),
         "told_by": told_by,
-        "simulated": seen.simulated or felt.simulated or not ratings,
+        "simulated": seen.simulated or plate_store.simulated or not ratings,
         "recipe": recipe,
         "seed": seed,
         "images": origin_of(seen),
-        "plates": origin_of(felt) | {"judged": met, "failed": dict(made.failed)},
+        "plates": origin_of(plate_store) | {"judged": met, "failed": dict(surfaces.failed)},
         "people_in_both_groups": sorted(_people(tables[0], earlier) & _people(tables[1], later)),
-        **found.as_dict(),
-        "improved_words": {name: found.improved(name, WITHOUT_MODELS) for name in of_three[1:]},
+        **errors.as_dict(),
+        "improved_words": {name: errors.improved(name, WITHOUT_MODELS) for name in of_three[1:]},
         "published": {
             "errors": PUBLISHED,
             "better_than_without_images": list(PUBLISHED_BETTER),
@@ -134,7 +134,7 @@ def run(
             "not_improved_with_images": list(PUBLISHED_WORDS[2]),
         },
     }
-    return result | {"text": _text(result, found)}
+    return result | {"text": _text(result, errors)}
 
 
 def _people(table: Ratings, conditions: Collection[str]) -> set[str]:
@@ -155,14 +155,14 @@ def _simulated(
     return score_vibrations(alone, earlier, seed=0), score_together(pairs, later, seed=0)
 
 
-def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
+def _text(result: Mapping[str, Any], errors: CrossModalResult) -> str:
     table = [("", "MAE", "SE", "n", "published", "p as printed", "p by person")]
-    for name, one in found.overall.items():
+    for name, row in errors.overall.items():
         published = f"{PUBLISHED[name]:.1f}" if name in PUBLISHED else "–"
-        printed = "" if name == WITHOUT_IMAGES else f"{found.as_printed.pair(name, WITHOUT_IMAGES).p:.2g}"
-        person = found.against_earlier.get(name, {}).get(WITHOUT_IMAGES)
+        printed = "" if name == WITHOUT_IMAGES else f"{errors.as_printed.pair(name, WITHOUT_IMAGES).p:.2g}"
+        person = errors.against_earlier.get(name, {}).get(WITHOUT_IMAGES)
         by_person = "" if person is None else f"{person:.2g}"
-        table.append((name, f"{one.mean:.3f}", f"{one.se:.3f}", str(one.n), published, printed, by_person))
+        table.append((name, f"{row.mean:.3f}", f"{row.se:.3f}", str(row.n), published, printed, by_person))
     lines = [
         f"Figs. 5 and 6, rated by {result['told_by']}, recipe {result['recipe']}, "
         f"{len(result['plates']['judged'])} plates; mean absolute error, points of 7",
@@ -170,11 +170,11 @@ def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
     ]
     better = [
         name
-        for name in found.against_earlier
-        if found.overall[name].mean < found.overall[WITHOUT_IMAGES].mean
-        and found.as_printed.pair(name, WITHOUT_IMAGES).p < ALPHA
+        for name in errors.against_earlier
+        if errors.overall[name].mean < errors.overall[WITHOUT_IMAGES].mean
+        and errors.as_printed.pair(name, WITHOUT_IMAGES).p < ALPHA
     ]
-    overall = found.by_person.overall
+    overall = errors.by_person.overall
     lines += [
         "p against without images: as printed, Steel-Dwass (treats every answer as independent); by person, "
         "Mann-Whitney on people's means between the groups, Holm",
@@ -183,7 +183,7 @@ def _text(result: Mapping[str, Any], found: CrossModalResult) -> str:
         if overall
         else "",
     ]
-    lines[-1] += ", ".join(f"{p.first} - {p.second} {p.p:.2g}" for p in found.by_person.pairs)
+    lines[-1] += ", ".join(f"{p.first} - {p.second} {p.p:.2g}" for p in errors.by_person.pairs)
     for name, words in result["improved_words"].items():
         count = PUBLISHED_WORDS[0] if name == WITHOUT_IMAGES else PUBLISHED_WORDS[1]
         lines.append(

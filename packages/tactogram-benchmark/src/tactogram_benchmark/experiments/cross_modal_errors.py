@@ -53,17 +53,17 @@ def errors_of(
         By condition; NaN for missing scores. Raters of any condition, sorted: row n is the same
         person everywhere. Rated targets in the given order.
     """
-    place = {item: number for number, item in enumerate(table.items)}
-    found: dict[str, Array] = {}
+    row_of = {item: number for number, item in enumerate(table.items)}
+    errors_by_condition: dict[str, Array] = {}
     for condition in conditions:
-        rated = [target for target in targets if f"{condition}/{target}" in place]
+        rated = [target for target in targets if f"{condition}/{target}" in row_of]
         if not rated:
             raise ParameterError(f"{condition}: has no ratings; items must be called {condition}/TARGET")
-        cube = table.cube[[place[f"{condition}/{target}"] for target in rated]]  # target, rater, word
-        wanted = np.array([targets[target] for target in rated])
-        found[condition] = np.abs(cube - wanted[:, None]).transpose(1, 0, 2)
-    present = np.any([~np.isnan(errors).all((1, 2)) for errors in found.values()], axis=0)
-    return {condition: errors[present] for condition, errors in found.items()}
+        cube = table.cube[[row_of[f"{condition}/{target}"] for target in rated]]  # target, rater, word
+        requested = np.array([targets[target] for target in rated])
+        errors_by_condition[condition] = np.abs(cube - requested[:, None]).transpose(1, 0, 2)
+    present = np.any([~np.isnan(errors).all((1, 2)) for errors in errors_by_condition.values()], axis=0)
+    return {condition: errors[present] for condition, errors in errors_by_condition.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,22 +84,22 @@ class CrossModalResult:
 
     def improved(self, condition: str, over: str, *, alpha: float = 0.05) -> list[str]:
         """Return the words with smaller errors in ``condition`` than in ``over``, by the tests as printed."""
-        found = []
+        improved_words = []
         for word, comparison in self.as_printed_by_word.items():
             lower = self.by_word[condition][word].mean < self.by_word[over][word].mean
             if lower and comparison.pair(condition, over).p < alpha:
-                found.append(word)
-        return found
+                improved_words.append(word)
+        return improved_words
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values for JSON."""
         return {
-            "overall": {name: vars(one) for name, one in self.overall.items()},
+            "overall": {name: vars(error) for name, error in self.overall.items()},
             "by_word": {
-                name: {word: vars(one) for word, one in row.items()} for name, row in self.by_word.items()
+                name: {word: vars(error) for word, error in row.items()} for name, row in self.by_word.items()
             },
             "as_printed": self.as_printed.as_dict(),
-            "as_printed_by_word": {word: one.as_dict() for word, one in self.as_printed_by_word.items()},
+            "as_printed_by_word": {word: test.as_dict() for word, test in self.as_printed_by_word.items()},
             "by_person": self.by_person.as_dict(),
             "against_earlier": {name: dict(row) for name, row in self.against_earlier.items()},
         }
@@ -163,15 +163,11 @@ def overall_figure(
     axes.bar(
         range(len(names)), means, yerr=errors, capsize=3, color=_colours(names), width=0.65, label="ours"
     )
-    for place, name in enumerate(names):
+    for x, name in enumerate(names):
         mark = "" if name == against else _mark(found.as_printed, name, against)
-        axes.text(
-            place, means[place] + errors[place] + 0.03, f"{means[place]:.2f}{mark}", ha="center", fontsize=8
-        )
+        axes.text(x, means[x] + errors[x] + 0.03, f"{means[x]:.2f}{mark}", ha="center", fontsize=8)
         if name in published:
-            axes.plot(
-                [place - 0.33, place + 0.33], [published[name]] * 2, color="k", linestyle=":", linewidth=1.5
-            )
+            axes.plot([x - 0.33, x + 0.33], [published[name]] * 2, color="k", linestyle=":", linewidth=1.5)
     if published:
         axes.plot([], [], color="k", linestyle=":", label="published (people)")
     axes.set_xticks(range(len(names)), [name.replace(" ", "\n", 1) for name in names], fontsize=8)
@@ -228,12 +224,12 @@ def _mark(comparison: Comparison, name: str, against: str) -> str:
 
 
 def _star(
-    axes: Axes, found: CrossModalResult, first: str, name: str, places: np.ndarray, words: Sequence[str]
+    axes: Axes, comparison: CrossModalResult, first: str, name: str, places: np.ndarray, words: Sequence[str]
 ) -> None:
-    for place, word in zip(places, words, strict=True):
-        row = found.by_word[name][word]
-        mark = _mark(found.as_printed_by_word[word], name, first)
-        axes.text(place, row.mean + row.se + 0.02, mark, ha="center", fontsize=8)
+    for x, word in zip(places, words, strict=True):
+        row = comparison.by_word[name][word]
+        mark = _mark(comparison.as_printed_by_word[word], name, first)
+        axes.text(x, row.mean + row.se + 0.02, mark, ha="center", fontsize=8)
 
 
 def _colours(names: Sequence[str]) -> list[str]:

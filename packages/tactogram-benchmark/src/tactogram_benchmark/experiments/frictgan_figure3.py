@@ -140,11 +140,11 @@ def run(
         },
         "methods": {
             method: {
-                key: spread([cell["mean"][key] for cell in found])
+                key: spread([cell["mean"][key] for cell in trainings_of_method])
                 for key in (*MEASURES, "mse_sum")
-                if key in found[0]["mean"]
+                if key in trainings_of_method[0]["mean"]
             }
-            for method, found in methods.items()
+            for method, trainings_of_method in methods.items()
         },
         "reference": {key: cells[0]["mean"][key] for key in REFERENCE},
         "missing": cells[0]["missing"],
@@ -180,21 +180,21 @@ def _cell(folder: Path, run: Path, method: str, seed: int) -> dict[str, Any]:
         recorded = {name: batch.friction for name, batch in windows.items()}
         if method in MODELS:
             trained = fabric_windows(learner, examples, "train", most=KNOWN)
-            made = {
+            generated = {
                 name: MODELS[method](trained[name].friction, len(real), seed)
                 for name, real in recorded.items()
             }
         else:
-            made = {
+            generated = {
                 name: learner.spectrogram.decode(learner.spectra(batch, seed=seed)[0], seed=seed)
                 for name, batch in windows.items()
             }
-        recovered = None if method in MODELS else made
-        figures = compare_fabrics(learner.spectrogram, recorded, made, recovered=recovered, seed=seed)
+        recovered = None if method in MODELS else generated
+        figures = compare_fabrics(learner.spectrogram, recorded, generated, recovered=recovered, seed=seed)
         mean, missing = summary(figures), {}
         points = [
             learner.as_learned(torch.cat(list(signals.values()))).flatten(1).double().numpy()
-            for signals in (recorded, made)
+            for signals in (recorded, generated)
         ]
         try:
             mean["geometry_score"] = geometry_score(*points, seed=seed)
@@ -211,24 +211,24 @@ def _cell(folder: Path, run: Path, method: str, seed: int) -> dict[str, Any]:
 
 
 def _mix(
-    learner: FrictGANLearner, windows: Mapping[str, FrictionBatch], one: str, two: str
+    learner: FrictGANLearner, windows: Mapping[str, FrictionBatch], first: str, second: str
 ) -> dict[str, Any]:
     """Return the mean coefficient and the place of the steps of a mix between the fabrics' recorded spectra, 0 to 1."""
-    ends = [_shape(learner.spectrogram.encode(windows[name].friction)) for name in (one, two)]
+    ends = [_shape(learner.spectrogram.encode(windows[name].friction)) for name in (first, second)]
     across = ends[1] - ends[0]
-    photos = [windows[name].photo for name in (one, two)]
+    photos = [windows[name].photo for name in (first, second)]
     count = min(map(len, photos))
     pure = [learner.mixed(photo[:count]) for photo in photos]
     networks = [learner.mixed(photos[0][:count], photos[1][:count], share) for share in SHARES]
     steps = dict(zip(WAYS, (networks, [pure[0].lerp(pure[1], share) for share in SHARES]), strict=True))
     return {
-        "fabrics": [one, two],
+        "fabrics": [first, second],
         "shares": SHARES,
-        "recorded_level": [float(windows[name].friction.mean()) for name in (one, two)],
+        "recorded_level": [float(windows[name].friction.mean()) for name in (first, second)],
         **{
             way: {
-                "place": [float((_shape(made) - ends[0]) @ across / (across @ across)) for made in row],
-                "level": [float(learner.spectrogram.decode(made).mean()) for made in row],
+                "place": [float((_shape(spectra) - ends[0]) @ across / (across @ across)) for spectra in row],
+                "level": [float(learner.spectrogram.decode(spectra).mean()) for spectra in row],
             }
             for way, row in steps.items()
         },
@@ -244,18 +244,18 @@ def _figure3(learner: FrictGANLearner, windows: Mapping[str, FrictionBatch], sai
     """Draw a row per fabric: photograph, generated and recorded amplitude spectrogram of its middle window."""
     rows = []
     for name, batch in windows.items():
-        made, real = learner.spectra(batch)
+        generated, real = learner.spectra(batch)
         middle = len(real) // 2
-        rows.append((name, batch.photo[middle], (made[middle, 0], real[middle, 0])))
+        rows.append((name, batch.photo[middle], (generated[middle, 0], real[middle, 0])))
     return _spectrograms(learner, rows, ("generated", "recorded"), f"Fig. 3, {said}")
 
 
 def _mixing_figure(learner: FrictGANLearner, windows: Mapping[str, FrictionBatch], said: str) -> Figure:
     """Draw a row per pair of neighbouring fabrics: the first one's photograph, and the steps towards the second."""
     rows = []
-    for (one, first), (two, second) in pairwise(windows.items()):
+    for (first_name, first), (second_name, second) in pairwise(windows.items()):
         steps = [learner.mixed(first.photo[:1], second.photo[:1], share)[0, 0] for share in SHARES]
-        rows.append((f"{one}\nto {two}", first.photo[0], steps))
+        rows.append((f"{first_name}\nto {second_name}", first.photo[0], steps))
     return _spectrograms(learner, rows, [f"{share:.0%}" for share in SHARES], f"Mixed fabrics, {said}")
 
 
@@ -278,16 +278,16 @@ def _spectrograms(
         axes[0].imshow(((photo.permute(1, 2, 0) + 1) / 2).numpy().squeeze(), cmap="gray")
         axes[0].set_ylabel(name, fontsize=8)
         axes[0].set(xticks=[], yticks=[])
-        for place, x in zip(axes[1:], pictures, strict=True):
-            image = place.imshow(
+        for panel, x in zip(axes[1:], pictures, strict=True):
+            image = panel.imshow(
                 20 * x.clamp_min(1e-9).log10().numpy(), cmap=COLOURS, vmin=high - RANGE_DB, vmax=high,
                 origin="lower", aspect="auto", extent=extent,
             )  # fmt: skip
-            place.tick_params(labelsize=6)
-    for place, text in zip(grid[0], ("photograph", *titles), strict=True):
-        place.set_title(text, fontsize=8)
-    for place in grid[-1, 1:]:
-        place.set_xlabel(f"displacement, {unit}", fontsize=7)
+            panel.tick_params(labelsize=6)
+    for panel, text in zip(grid[0], ("photograph", *titles), strict=True):
+        panel.set_title(text, fontsize=8)
+    for panel in grid[-1, 1:]:
+        panel.set_xlabel(f"displacement, {unit}", fontsize=7)
     for row in grid:
         row[1].set_ylabel(f"cycles per {unit}", fontsize=7)
     figure.colorbar(image, ax=grid, label="dB", shrink=0.6)

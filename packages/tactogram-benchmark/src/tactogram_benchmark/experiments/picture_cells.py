@@ -67,14 +67,16 @@ class TableSettings:
 
     def weight_changes(self, model: str) -> dict[str, Any]:
         """Return the changes of a model's recipe that name its files of weights."""
-        wanted = {"config.lpips_weights": ALEXNET, "config.predictor.trunk_weights": DENSENET201}
+        files = {"config.lpips_weights": ALEXNET, "config.predictor.trunk_weights": DENSENET201}
         if not self.paper:
-            wanted = {}  # bench chooses by row statistics, and its label predictor has another network
+            files = {}  # bench chooses by row statistics, and its label predictor has another network
         elif model not in PREDICTING:
-            del wanted["config.predictor.trunk_weights"]
+            del files["config.predictor.trunk_weights"]
         if model in PERCEPTUAL:
-            wanted["config.vgg_weights"] = VGG19
-        return {key: self.weights[one.network] for key, one in wanted.items() if one.network in self.weights}
+            files["config.vgg_weights"] = VGG19
+        return {
+            key: self.weights[file.network] for key, file in files.items() if file.network in self.weights
+        }
 
     def split(self, store: Store) -> str:
         """Return the split of recordings: 80/10/10 at the published size, all where the protocol splits crops."""
@@ -102,19 +104,19 @@ def table_settings(*, paper: bool, protocol: str, progress: ProgressCallback, **
     """
     if protocol not in get_args(Protocol):
         raise ParameterError.one_of("protocol", get_args(Protocol), protocol)
-    found, missing = dict[str, str](), dict[str, str]()
+    paths, missing = dict[str, str](), dict[str, str]()
     for option, file in files.items():
         weights = WEIGHTS[option]
         if weights is DENSENET201 and not paper:
             continue
         try:
-            found[weights.network] = str(weight_file(file, weights, option=option))
+            paths[weights.network] = str(weight_file(file, weights, option=option))
         except DataError as error:
             if file or weights is DENSENET201:
                 raise
             missing[weights.network] = str(error)
             progress(f"weights of {weights.network}", 1, 1, str(error))
-    return TableSettings(paper, cast(Protocol, protocol), found, missing)
+    return TableSettings(paper, cast(Protocol, protocol), paths, missing)
 
 
 def data_of(folder: Path, data: str, *, paper: bool, progress: ProgressCallback) -> Store:
@@ -198,8 +200,8 @@ def _cell(
         )
         validation = trained.read_json("model.json").get("validation", {})
         most = EVALUATED_PAPER if settings.paper else EVALUATED
-        found = evaluate_pictures(run, weights=weights, most=most, progress=progress)
-        return {"validation": validation, **found}
+        measured = evaluate_pictures(run, weights=weights, most=most, progress=progress)
+        return {"validation": validation, **measured}
 
     return cached_result(folder / "cells" / f"{name}-{seed}.json", facts, evaluated)
 
@@ -234,14 +236,14 @@ def cell_texts(row: Mapping[str, Any], *, digits: int = 4) -> list[str]:
 
 def shown(cells: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return the measures available in every cell."""
-    return [name for name in MEASURES if all(name in found["values"] for found in cells)]
+    return [name for name in MEASURES if all(name in cell["values"] for cell in cells)]
 
 
 def compared(cells: Mapping[str, Sequence[Mapping[str, Any]]], chosen: str) -> dict[str, dict[str, Any]]:
     """Return each row's figures on the test part: ``test``, and ``p`` against the row ``chosen``."""
-    measures = shown([found for row in cells.values() for found in row])
+    measures = shown([cell for row in cells.values() for cell in row])
     values = {
-        name: {measure: [found["values"][measure] for found in row] for measure in measures}
+        name: {measure: [cell["values"][measure] for cell in row] for measure in measures}
         for name, row in cells.items()
     }
     return {

@@ -53,7 +53,7 @@ def run(
         if speed not in speeds:
             continue
         where = {} if speed == "mixed" else {"speed_mm_s": speed}
-        found = crossval(
+        result = crossval(
             "stroke_cnn",
             store.path,
             where=where,
@@ -63,15 +63,15 @@ def run(
             processes=processes,
             progress=progress,
         )
-        windows = [100 * fold["window_accuracy"] for fold in found["per_fold"]]
+        windows = [100 * fold["window_accuracy"] for fold in result["per_fold"]]
         rows[speed] = {
             "published": published,
             "ours": mean(windows),
             "sd_over_folds": stdev(windows) if len(windows) > 1 else None,
-            "recording_accuracy": 100 * found["recording_accuracy"],
-            "folds": found["folds"],
-            "split": found["split"],
-            "report": found["report"],
+            "recording_accuracy": 100 * result["recording_accuracy"],
+            "folds": result["folds"],
+            "split": result["split"],
+            "report": result["report"],
         }
     return {
         "table": "II",

@@ -75,17 +75,18 @@ def run(
             changes |= {"config.batch_size": batch_size} if batch_size else {}
             runs[name] = Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
     files: dict[str, str] = {}
-    found: dict[str, dict[str, Any]] = {}
+    rows: dict[str, dict[str, Any]] = {}
     real: dict[str, list[Signal]] = {}
     for name, out in trained_runs(runs, on=on, processes=processes, progress=progress):
         real = real or {texture: recorded(out, material) for texture, material in materials.items()}
-        made = {texture: _signals(out, materials[texture], strokes) for texture, strokes in real.items()}
-        drawn = _draw(folder, name, real, made, kind_of(store))
+        generated = {texture: _signals(out, materials[texture], strokes) for texture, strokes in real.items()}
+        drawn = _draw(folder, name, real, generated, kind_of(store))
         files |= drawn
         distances = {
-            one: {other: log_spectral_distance(made[one], real[other]) for other in real} for one in made
+            texture: {other: log_spectral_distance(generated[texture], real[other]) for other in real}
+            for texture in generated
         }
-        found[name] = {
+        rows[name] = {
             **runs[name].options,
             "notes": Run.open(out).facts()["notes"],
             "distances_db": {texture: row[texture] for texture, row in distances.items()},
@@ -98,7 +99,7 @@ def run(
         "model": model,
         **facts_of(store),
         "held_out": {texture: len(strokes) for texture, strokes in real.items()},
-        "trainings": found,
+        "trainings": rows,
         "floor_db": {name: log_spectral_distance(part[::2], part[1::2]) for name, part in real.items()},
         "ceiling_db": {
             name: log_spectral_distance([s for n, part in real.items() if n != name for s in part], strokes)
@@ -112,13 +113,13 @@ def _draw(
     folder: Path,
     name: str,
     real: Mapping[str, Sequence[Signal]],
-    made: Mapping[str, Sequence[Signal]],
+    generated: Mapping[str, Sequence[Signal]],
     kind: str,
 ) -> dict[str, str]:
     """Draw Figs. 7 to 9 of one training on both scales; return their files."""
     files = {}
     for figure, textures in FIGURES.items():
-        groups = {one: {"recorded": real[one][0], "generated": made[one][0]} for one in textures}
+        groups = {item: {"recorded": real[item][0], "generated": generated[item][0]} for item in textures}
         for scale in ("0-1", "dB"):
             drawn = spectrograms_figure(groups, scale=scale, title=f"{name}, trained on {kind}")
             files[f"{name}-{figure}-{scale}"] = str(
@@ -128,29 +129,29 @@ def _draw(
 
 
 def _text(result: Mapping[str, Any], kind: str) -> str:
-    found, floor, ceiling = result["trainings"], result["floor_db"], result["ceiling_db"]
-    table = [("texture", "floor", "ceiling", *found)]
+    rows, floor, ceiling = result["trainings"], result["floor_db"], result["ceiling_db"]
+    table = [("texture", "floor", "ceiling", *rows)]
     for texture in floor:
-        values = (floor[texture], ceiling[texture], *(row["distances_db"][texture] for row in found.values()))
+        values = (floor[texture], ceiling[texture], *(row["distances_db"][texture] for row in rows.values()))
         table.append((texture, *(f"{value:.2f}" for value in values)))
-    every = (floor, ceiling, *(row["distances_db"] for row in found.values()))
+    every = (floor, ceiling, *(row["distances_db"] for row in rows.values()))
     table.append(("mean", *(f"{mean(row.values()):.2f}" for row in every)))
-    own = (sum(one == other for one, other in row["nearest"].items()) for row in found.values())
+    own = (sum(name == other for name, other in row["nearest"].items()) for row in rows.values())
     table.append(("own, of 9", "", "", *map(str, own)))
     lines = [
         f"Generated to held-out {kind}, log-spectral distance, dB. Floor: one half of these to the other;",
         "ceiling: other textures. Own: textures that are nearest to their own strokes, by chance 1 of 9.",
         columns(table),
     ]
-    lines += [f"{name}: {note}" for name, row in found.items() for note in row["notes"]]
+    lines += [f"{name}: {note}" for name, row in rows.items() for note in row["notes"]]
     return "\n".join(lines)
 
 
 def _signals(run: Path, material: str, strokes: Sequence[Signal]) -> list[Signal]:
     """Return one generated signal per recorded one, all as long as the first."""
     signals = []
-    for made in generate(run, {"material": material}, seconds=strokes[0].seconds, count=len(strokes)):
-        if isinstance(made, Image):
+    for signal in generate(run, {"material": material}, seconds=strokes[0].seconds, count=len(strokes)):
+        if isinstance(signal, Image):
             raise ParameterError(f"{run.name} gives images; choose a model that gives signals")
-        signals.append(made)
+        signals.append(signal)
     return signals

@@ -111,7 +111,7 @@ def run(
         for seed in seeds
     }
     pairs = [(other, "sum") for other in SEEN] + [(ADDED_TO, "add")]
-    found: dict[str, dict[str, list[dict[str, Any]]]] = {name: {} for name in lines}
+    ladders_of: dict[str, dict[str, list[dict[str, Any]]]] = {name: {} for name in lines}
     for (name, seed), out in trained_runs(runs, on=on, processes=processes, progress=progress):
         for other, mode in pairs:
             options: dict[str, Any] = {**settings, "mode": mode, "seed": seed, "reuse": True}
@@ -120,9 +120,9 @@ def run(
                 ladder = mixing_ladder(out, materials[other], materials[END], **options, progress=progress)
             except IndistinctEndsError as error:
                 ladder = {"refused": str(error)}
-            found[name].setdefault(f"{other} ({mode})", []).append(ladder)
+            ladders_of[name].setdefault(f"{other} ({mode})", []).append(ladder)
     models: dict[str, Any] = {
-        name: {pair: summary(ladders) for pair, ladders in held.items()} for name, held in found.items()
+        name: {pair: summary(ladders) for pair, ladders in held.items()} for name, held in ladders_of.items()
     }
     return {
         "figures": "15-18",
@@ -143,18 +143,18 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
     A training with indistinguishable ends is listed under ``refused`` and excluded.
     """
-    measured = [found for found in ladders if "refused" not in found]
+    measured = [ladder for ladder in ladders if "refused" not in ladder]
     counts: dict[str, Any] = {
         "trainings": len(ladders),
         "measured": len(measured),
-        "refused": [found["refused"] for found in ladders if "refused" in found],
+        "refused": [ladder["refused"] for ladder in ladders if "refused" in ladder],
     }
     if not measured:
         return counts
-    parts = [found["ladder"] for found in measured]
+    parts = [ladder["ladder"] for ladder in measured]
     names = parts[0]["columns"]
     steps = range(len(parts[0]["weights"]))
-    against = [found["against_recordings"] for found in measured]
+    against = [ladder["against_recordings"] for ladder in measured]
     return counts | {
         "weights": parts[0]["weights"],
         "position": {
@@ -162,8 +162,8 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
         },
         "half_weight": {name: spread(part["half_weight"][name] for part in parts) for name in names},
         "half_weight_without_level": spread(
-            found["without_level"]["half_weight"]["overall"] if found["without_level"] else None
-            for found in measured
+            ladder["without_level"]["half_weight"]["overall"] if ladder["without_level"] else None
+            for ladder in measured
         ),
         "monotone": {name: sum(bool(part["monotone"][name]) for part in parts) for name in names},
         "largest_drop": {name: spread(part["largest_drop"][name] for part in parts) for name in names},
@@ -175,7 +175,7 @@ def summary(ladders: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "first_and_last_between_recordings": [
             spread(part["position"]["overall"][k] if part else None for part in against) for k in (0, -1)
         ],
-        "ladders": [found["figure"] for found in measured],
+        "ladders": [ladder["figure"] for ladder in measured],
     }
 
 
@@ -216,9 +216,9 @@ def _pure(row: dict[str, Any]) -> str:
     return " … ".join(f"{end['mean']:.2f}" for end in ends)
 
 
-def _cell(found: dict[str, Any], *, with_sd: bool = False) -> str:
-    if found["mean"] is None:
+def _cell(facts: dict[str, Any], *, with_sd: bool = False) -> str:
+    if facts["mean"] is None:
         return "never"
-    sd = f" ± {found['sd']:.2f}" if with_sd and found["sd"] is not None else ""
-    few = "*" if found["known"] < len(found["values"]) else ""
-    return f"{found['mean']:.2f}{sd}{few}"
+    sd = f" ± {facts['sd']:.2f}" if with_sd and facts["sd"] is not None else ""
+    few = "*" if facts["known"] < len(facts["values"]) else ""
+    return f"{facts['mean']:.2f}{sd}{few}"

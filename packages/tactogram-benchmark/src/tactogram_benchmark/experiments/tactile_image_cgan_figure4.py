@@ -100,7 +100,7 @@ def run(
     """
     chosen = _weights(weights)
     seen = find_or_simulate(folder / "tactile_images", "tactile_images", given=images, progress=progress)
-    felt = find_or_simulate(folder / "ultrasonic", "ultrasonic", given=plates, progress=progress)
+    plate_store = find_or_simulate(folder / "ultrasonic", "ultrasonic", given=plates, progress=progress)
     scoring = Path(rater) if rater else folder / "runs" / "rater"
     if not rater:  # on seven tenths of the images, tested on the others
         trained_run("rater", seen, scoring, recipe="quick", progress=progress)
@@ -112,21 +112,21 @@ def run(
         ]
         for weight in chosen
     }
-    wanted = plates_of(felt)
+    rated_plates = plates_of(plate_store)
     real, others = real_images(seen)
     quality = ImageQuality(real)
     cells = {
-        f"weight {weight:,}": [_cell(folder, run, scoring, wanted, quality) for run in trained]
+        f"weight {weight:,}": [_cell(folder, run, scoring, rated_plates, quality) for run in trained]
         for weight, trained in runs.items()
     }
     best = of_real_images(seen, scoring)
-    simulated = seen.simulated or felt.simulated
+    simulated = seen.simulated or plate_store.simulated
     said = "simulated images, surfaces and raters" if simulated else "recorded"
     rows = [
-        _generator_row(trained[0], f"({letter}) weight {weight:,}", wanted)
+        _generator_row(trained[0], f"({letter}) weight {weight:,}", rated_plates)
         for letter, (weight, trained) in zip(ascii_lowercase, runs.items(), strict=False)
     ]
-    labels = [f"ID{name.removeprefix('plate').lstrip('0') or name}" for name in wanted.names]
+    labels = [f"ID{name.removeprefix('plate').lstrip('0') or name}" for name in rated_plates.names]
     title = f"Fig. 4, {recipe} recipe"
     figures = ["figure4.png"]
     save_figure(folder / figures[0], generated_figure(rows, labels, title=f"{title}, {said}"))
@@ -137,7 +137,7 @@ def run(
             [_trade_off(name, row, measure) for name, row in cells.items()],
             distance=MEASURES[measure][0],
             best=None if best is None else best.correlation,
-            title=f"{said}; scores predicted by a rater model; {len(wanted.names)} plates, {DRAWS} noises each",
+            title=f"{said}; scores predicted by a rater model; {len(rated_plates.names)} plates, {DRAWS} noises each",
         )
         save_figure(folder / figures[1], drawn)
     result: dict[str, Any] = {
@@ -146,7 +146,7 @@ def run(
         "trainings": {name: len(row) for name, row in cells.items()},
         "simulated": simulated,
         "images": origin_of(seen),
-        "plates": origin_of(felt),
+        "plates": origin_of(plate_store),
         "rater_on_unseen_images": None if best is None else best.as_dict(),
         "quality_of_other_real_images": None if others is None else quality(others),
         "missing": quality.missing,
@@ -163,14 +163,14 @@ def run(
 
 def _weights(text: str) -> list[int]:
     try:
-        found = sorted({int(part) for part in str(text).split(",")})
+        numbers = sorted({int(part) for part in str(text).split(",")})
     except ValueError:
-        found = []
-    if not found or found[0] < 1 or len(found) > MOST:
+        numbers = []
+    if not numbers or numbers[0] < 1 or len(numbers) > MOST:
         raise ParameterError.must(
             "weights", f"be 1 to {MOST} whole numbers from 1, separated by commas", text
         )
-    return found
+    return numbers
 
 
 def _cell(folder: Path, run: Path, rater: Path, plates: RatedPlates, quality: ImageQuality) -> dict[str, Any]:
@@ -189,12 +189,12 @@ def _cell(folder: Path, run: Path, rater: Path, plates: RatedPlates, quality: Im
         spread: ImageSpread | None = loaded.model.image_spread()
         if spread is None:
             raise ParameterError(f"{run}: {loaded.facts.name} does not measure the variation of its images")
-        made = draws_of(loaded, plates)
-        said = np.array([[scores_of(rater_model, image, plates.words) for image in row] for row in made])
+        images = draws_of(loaded, plates)
+        said = np.array([[scores_of(rater_model, image, plates.words) for image in row] for row in images])
         return {
             "following": label_fidelity(plates.means, said).as_dict(),
             "said": said.round(4).tolist(),
-            "quality": quality(as_tensor([image for row in made for image in row])),
+            "quality": quality(as_tensor([image for row in images for image in row])),
             "spread": spread.as_dict(),
             "collapse": spread.collapse,
             "simulated": loaded.simulated,
@@ -229,7 +229,7 @@ def real_images(images: Store) -> tuple[torch.Tensor, torch.Tensor | None]:
 
     def selected(places: NDArray[np.int_]) -> tuple[NDArray[np.int_], torch.Tensor]:
         some = places[np.linspace(0, len(places) - 1, min(REAL, len(places))).round().astype(int)]
-        pixels = np.stack([square(images.photograph(keys[place]), 64) for place in some])
+        pixels = np.stack([square(images.photograph(keys[row]), 64) for row in some])
         return some, torch.from_numpy(as_floats(pixels))
 
     some, chosen = selected(np.arange(len(keys)))
@@ -261,8 +261,8 @@ def of_real_images(images: Store, rater: Path) -> LabelFidelity | None:
 
 def _generator_row(run: Path, title: str, plates: RatedPlates) -> GeneratorRow:
     loaded = load_run(run)
-    made = draws_of(loaded, plates, draws=TRIALS)
-    trials = [[row[trial] for row in made] for trial in range(TRIALS)]
+    images = draws_of(loaded, plates, draws=TRIALS)
+    trials = [[row[trial] for row in images] for trial in range(TRIALS)]
     metrics = loaded.run.metrics()
     losses = {
         name: [(line["step"], line[name]) for line in metrics] for name in ("generator", "discriminator")

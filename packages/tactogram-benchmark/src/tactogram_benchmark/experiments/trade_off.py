@@ -33,15 +33,15 @@ def trade_off_figure(
     """
     figure = Figure(figsize=(10.5, 4.0), layout="constrained")
     curve, spread = figure.subplots(1, 2)
-    x = [float(np.mean(one.distance)) for one in variants]
-    y = [float(np.mean(one.correlation)) for one in variants]
+    x = [float(np.mean(variant.distance)) for variant in variants]
+    y = [float(np.mean(variant.correlation)) for variant in variants]
     curve.plot(x, y, "o", color="tab:blue")
     near = 0.1 * (max(x) - min(x))
-    for place, (one, left, up) in enumerate(zip(variants, x, y, strict=True)):
-        curve.plot(one.distance, one.correlation, ".", color="tab:blue", alpha=0.4)
-        stacked = sum(abs(left - other) < near and abs(up - y[n]) < 0.05 for n, other in enumerate(x[:place]))
+    for index, (variant, left, up) in enumerate(zip(variants, x, y, strict=True)):
+        curve.plot(variant.distance, variant.correlation, ".", color="tab:blue", alpha=0.4)
+        stacked = sum(abs(left - other) < near and abs(up - y[n]) < 0.05 for n, other in enumerate(x[:index]))
         curve.annotate(
-            one.name,
+            variant.name,
             (left, up),
             xytext=(6, 6 + 11 * stacked),
             textcoords="offset points",
@@ -66,12 +66,12 @@ def trade_off_figure(
         ylabel="correlation of predicted with requested scores",
     )
     places = np.arange(len(variants))
-    by_noise = [float(np.mean(one.noise_share)) for one in variants]
-    by_label = [float(np.mean(one.label_share)) for one in variants]
+    by_noise = [float(np.mean(variant.noise_share)) for variant in variants]
+    by_label = [float(np.mean(variant.label_share)) for variant in variants]
     spread.bar(places - 0.18, by_noise, 0.36, color="tab:green", label="over noises of one label")
     spread.bar(places + 0.18, by_label, 0.36, color="tab:purple", label="over labels of one noise")
     spread.axhline(1, color="0.7", linewidth=0.8)
-    spread.set_xticks(places, [one.name for one in variants], rotation=30, ha="right", fontsize=8)
+    spread.set_xticks(places, [variant.name for variant in variants], rotation=30, ha="right", fontsize=8)
     spread.set(ylabel="spread of images, share of real ones")
     spread.legend(fontsize=8)
     if title:

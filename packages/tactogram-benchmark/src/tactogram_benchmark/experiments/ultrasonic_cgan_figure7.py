@@ -86,18 +86,18 @@ def run(
     chosen = chosen_groups(groups)
     recipe = recipe or ("paper" if paper else "quick")
     changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
-    made = {
+    results = {
         name: [
             _group(folder, store, name, seed=seed, recipe=recipe, changes=changes, progress=progress)
             for seed in range(trainings)
         ]
         for name in chosen
     }
-    first = next(iter(made.values()))[0]
+    first = next(iter(results.values()))[0]
     conditions = (STRAIGHT, NEAREST, *chosen)
     rated = {STRAIGHT: first.straight, NEAREST: first.nearest}
-    rated |= {name: held[0].signals for name, held in made.items()}
-    signals = {f"{name}/{item}": one for name, held in rated.items() for item, one in held.items()}
+    rated |= {name: held[0].signals for name, held in results.items()}
+    signals = {f"{name}/{item}": signal for name, held in rated.items() for item, signal in held.items()}
     items = write_items(folder, signals)
     plates = first.ratings.select(items=list(first.targets))
     rater, own = _rater(folder, store, progress)
@@ -130,9 +130,9 @@ def run(
         "iterations": iterations or None,
         "split": f"rated surfaces by session; the sensor's recordings: {first.recordings}",
         "trainings": trainings,
-        "failed": {name: dict(held[0].failed) for name, held in made.items() if held[0].failed},
+        "failed": {name: dict(held[0].failed) for name, held in results.items() if held[0].failed},
         "told_by": told,
-        "spread_over_trainings": _spread(made, rater, first.targets) if trainings > 1 else {},
+        "spread_over_trainings": _spread(results, rater, first.targets) if trainings > 1 else {},
         "rater": {
             "error": own["mean"],
             "per_word": own["per_word"],
@@ -211,28 +211,28 @@ def _rater(folder: Path, store: Store, progress: ProgressCallback) -> tuple[Path
     return out, own
 
 
-def _spread(made: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]) -> dict[str, Any]:
+def _spread(results: Mapping[str, list[Any]], rater: Path, targets: Mapping[str, Any]) -> dict[str, Any]:
     """Return each group's error according to the rater model, mean and sd over trainings."""
-    found = {}
-    for name, trained in made.items():
+    spreads = {}
+    for name, trained in results.items():
         errors = []
-        for one in trained:
-            if one.signals:
-                said = predicted_ratings(rater, one.signals)
+        for training in trained:
+            if training.signals:
+                said = predicted_ratings(rater, training.signals)
                 away = said.means - np.array([targets[item] for item in said.items])
                 errors.append(float(np.nanmean(np.abs(away))))
-        found[name] = spread(errors) | {"plates": [len(one.signals) for one in trained]}
-    return found
+        spreads[name] = spread(errors) | {"plates": [len(training.signals) for training in trained]}
+    return spreads
 
 
 def _word_map(
-    folder: Path, table: Ratings, told_by: str, made: Any, told: Mapping[str, Any], groups: tuple[str, ...]
+    folder: Path, table: Ratings, told_by: str, first: Any, told: Mapping[str, Any], groups: tuple[str, ...]
 ) -> dict[str, Any]:
     """Draw plates, display signals and the best group's signals by their scores; return all distances to targets."""
     scores = dict(zip(table.items, table.means, strict=True))
-    targets = {item: np.array(row) for item, row in made.targets.items()}
+    targets = {item: np.array(row) for item, row in first.targets.items()}
     distances = distances_to_targets(scores, targets)
-    means = dict(zip(made.ratings.items, made.ratings.means, strict=True))
+    means = dict(zip(first.ratings.items, first.ratings.means, strict=True))
     known = [name for name in groups if name in told["conditions"] and name not in told["incomplete"]]
     kinds = {"plates": targets, "display signals": {n: m for n, m in means.items() if n not in targets}}
     lines: dict[str, str] = {}
@@ -293,12 +293,12 @@ def _rows(result: Mapping[str, Any], by: str, conditions: tuple[str, ...]) -> li
     told = result["told_by"][by]
     rows = []
     for name in conditions:
-        found = told["conditions"].get(name)
-        if found is None:
+        row = told["conditions"].get(name)
+        if row is None:
             rows.append((name, None, None, None, "failed", None, None, None))
             continue
         ps = [_p(told["tests"][test], name) for test in ("as_printed", "by_rater", "by_target")]
-        rows.append((name, found["mae"], found["se"], found["n"], found["targets"], *ps))
+        rows.append((name, row["mae"], row["se"], row["n"], row["targets"], *ps))
     return rows
 
 

@@ -80,9 +80,9 @@ def run(
     changes: dict[str, Any] = {"config.clusters": 1, "config.smooth": 1}
     changes |= {"config.iterations": iterations} if iterations else {}
     clusters: dict[tuple[str, ...], dict[str, Any]] = {}
-    made: dict[tuple[str, ...], WordGenerationResult] = {}
+    surfaces: dict[tuple[str, ...], WordGenerationResult] = {}
     runs: dict[tuple[str, ...], Training] = {}
-    for plates_in in dict.fromkeys(one for held in members.values() for one in held):
+    for plates_in in dict.fromkeys(cluster for held in members.values() for cluster in held):
         others = [name for name in plates.names if name not in plates_in]
         where = {"material": "!" + "|".join(others)} if others else None
         runs[plates_in] = Training(
@@ -92,13 +92,13 @@ def run(
             {"recipe": recipe, "split": "all", "changes": changes, "where": where},
         )
     if finished:
-        runs = {name: one for name, one in runs.items() if (one.run / "model.json").is_file()}
+        runs = {name: training for name, training in runs.items() if (training.run / "model.json").is_file()}
     for plates_in, out in trained_runs(runs, on=on, processes=processes, progress=progress):
         clusters[plates_in] = _outcome(out) | {
             "plates": list(plates_in),
             "figure": (out / "figures/spectra.png").relative_to(folder).as_posix(),
         }
-        made[plates_in] = generate_rated_surfaces(out)
+        surfaces[plates_in] = generate_rated_surfaces(out)
     if not clusters:
         raise ParameterError(folder, "must hold a finished run, got none", remedy=Remedy("omit", "finished"))
     result: dict[str, Any] = {
@@ -108,10 +108,10 @@ def run(
         "split": "none: all recordings are trained on, as published; rated signals are of recordings trained on",
         "clusters": list(clusters.values()),
         "groups": {
-            name: {"published": PUBLISHED[name]} | _group([clusters.get(one) for one in held])
+            name: {"published": PUBLISHED[name]} | _group([clusters.get(cluster) for cluster in held])
             for name, held in members.items()
         },
-        "told_by": _told(members, made) if store.simulated else {},
+        "told_by": _told(members, surfaces) if store.simulated else {},
     }
     return result | {"text": _text(result)}
 
@@ -132,30 +132,30 @@ def _outcome(out: Path) -> dict[str, Any]:
         "lowest_smoothed": float(np.nanmin(averaged)),
         "lowest_smoothed_at": int(np.nanargmin(averaged)) + 1,
         "single_in_range": int(((rates >= 0.4) & (rates <= 0.6)).sum()),
-        **{name: None if one is None else asdict(one) for name, one in chosen.items()},
+        **{name: None if choice is None else asdict(choice) for name, choice in chosen.items()},
     }
 
 
 def _group(held: Sequence[Mapping[str, Any] | None]) -> dict[str, Any]:
     """Return a group's number of clusters, of finished trainings, and of those in which a generator was selected."""
-    done = [one for one in held if one is not None]
-    met = {name: sum(one[name] is not None for one in done) for name in RULES}
+    done = [outcome for outcome in held if outcome is not None]
+    met = {name: sum(outcome[name] is not None for outcome in done) for name in RULES}
     return {"clusters": len(held), "finished": len(done), **met}
 
 
 def _told(
-    members: Mapping[str, Sequence[tuple[str, ...]]], made: Mapping[tuple[str, ...], WordGenerationResult]
+    members: Mapping[str, Sequence[tuple[str, ...]]], surfaces: Mapping[tuple[str, ...], WordGenerationResult]
 ) -> dict[str, Any]:
     """Return the errors of simulated people's scores, of the printed rule's generators and without a model."""
     signals: dict[str, Signal] = {}
-    for held in made.values():
-        signals |= {f"{STRAIGHT}/{item}": one for item, one in held.straight.items()}
-        signals |= {f"{NEAREST}/{item}": one for item, one in held.nearest.items()}
+    for held in surfaces.values():
+        signals |= {f"{STRAIGHT}/{item}": signal for item, signal in held.straight.items()}
+        signals |= {f"{NEAREST}/{item}": signal for item, signal in held.nearest.items()}
     for name, clusters in members.items():
-        for held in (made[one] for one in clusters if one in made):
-            signals |= {f"{name}/{item}": one for item, one in held.signals.items()}
-    first = next(iter(made.values()))
-    targets = {item: np.array(row) for held in made.values() for item, row in held.targets.items()}
+        for held in (surfaces[cluster] for cluster in clusters if cluster in surfaces):
+            signals |= {f"{name}/{item}": signal for item, signal in held.signals.items()}
+    first = next(iter(surfaces.values()))
+    targets = {item: np.array(row) for held in surfaces.values() for item, row in held.targets.items()}
     people = draw_people(PEOPLE, seed=1, prefix="judge")
     said = score_vibrations(signals, people, seed=0).in_words(first.ratings.words)
     conditions = (STRAIGHT, NEAREST, *members)
@@ -164,10 +164,12 @@ def _told(
 
 def _text(result: Mapping[str, Any]) -> str:
     table: list[tuple[str, ...]] = [("plates", "iterations", "correct", "lowest of 100", *RULES)]
-    for one in result["clusters"]:
-        plates = ",".join(name.removeprefix("plate") for name in one["plates"])
-        rates = (f"{one['correct_rate']:.3f}", f"{one['lowest_smoothed']:.3f}")
-        table.append((plates, f"{one['iterations']:,}", *rates, *(_chosen(one[name]) for name in RULES)))
+    for cluster in result["clusters"]:
+        plates = ",".join(name.removeprefix("plate") for name in cluster["plates"])
+        rates = (f"{cluster['correct_rate']:.3f}", f"{cluster['lowest_smoothed']:.3f}")
+        table.append(
+            (plates, f"{cluster['iterations']:,}", *rates, *(_chosen(cluster[name]) for name in RULES))
+        )
     lines = [
         f"Selection on {result['data']}, recipe {result['recipe']}; split: {result['split']}",
         columns(table),
@@ -183,5 +185,5 @@ def _text(result: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _chosen(one: Mapping[str, Any] | None) -> str:
-    return "failed" if one is None else f"{one['iteration']:,} (loss {one['loss']:.3g})"
+def _chosen(choice: Mapping[str, Any] | None) -> str:
+    return "failed" if choice is None else f"{choice['iteration']:,} (loss {choice['loss']:.3g})"

@@ -82,18 +82,20 @@ def run(
     alexnet, inception, densenet201 : str
         Files of published weights (`tactogram doctor` lists them); default: torch's cache.
     """
-    wanted = _wanted(cells)
+    sizes = _wanted(cells)
     files = {"alexnet": alexnet, "inception": inception, "densenet201": densenet201}
     settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
     grid = {
         key: ("visual_tactile_gan", {"config.discriminators": d, "config.layers": layers})
-        for key, (d, layers) in wanted.items()
+        for key, (d, layers) in sizes.items()
     }
     trained = table_cells(folder, store, grid, settings=settings, trainings=trainings, progress=progress)
     first = next(iter(trained.values()))[0]
     chosen_by = next(name for name in first["validation"] if name != "label_accuracy_unseen")
-    validation = {key: spread([one["validation"][chosen_by] for one in row]) for key, row in trained.items()}
+    validation = {
+        key: spread([cell["validation"][chosen_by] for cell in row]) for key, row in trained.items()
+    }
     chosen = min(validation, key=lambda key: validation[key]["mean"])
     rows = compared(trained, chosen)
     result = {
@@ -102,16 +104,16 @@ def run(
         "chosen_by": chosen_by,
         "chosen": chosen,
         "cells": {
-            key: {"validation": validation[key], **row, "published_lpips": PUBLISHED[wanted[key]]}
+            key: {"validation": validation[key], **row, "published_lpips": PUBLISHED[sizes[key]]}
             for key, row in rows.items()
         },
     }
     shown_by = "lpips" if "lpips" in rows[chosen]["test"] else chosen_by
     heights = {
-        wanted[key]: (row["test"] | {chosen_by: row["validation"]})[shown_by]["mean"]
+        sizes[key]: (row["test"] | {chosen_by: row["validation"]})[shown_by]["mean"]
         for key, row in result["cells"].items()
     }
-    figure = _surfaces(heights, wanted[chosen], shown_by, store) if set(heights) == set(PUBLISHED) else None
+    figure = _surfaces(heights, sizes[chosen], shown_by, store) if set(heights) == set(PUBLISHED) else None
     result["figure"] = str(save_figure(folder / "figure2.png", figure)) if figure else None
     return result | {"text": _text(result)}
 
@@ -130,7 +132,7 @@ def _surfaces(
     best = min(published, key=lambda key: published[key])
     kind = "simulated strokes" if store.simulated else "recordings"
     figure = Figure(figsize=(10, 4.5), layout="constrained")
-    for place, (title, surface, dot) in enumerate(
+    for panel, (title, surface, dot) in enumerate(
         (
             ("published: LPIPS, LMT-108", published, best),
             (
@@ -141,7 +143,7 @@ def _surfaces(
         ),
         1,
     ):
-        axes: Any = figure.add_subplot(1, 2, place, projection="3d")
+        axes: Any = figure.add_subplot(1, 2, panel, projection="3d")
         counts = sorted({d for d, _ in surface})
         layers = sorted({count for _, count in surface})
         across, up = np.meshgrid(layers, counts)

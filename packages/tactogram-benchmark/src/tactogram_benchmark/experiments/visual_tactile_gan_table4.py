@@ -89,11 +89,11 @@ def run(
     alexnet, inception, vgg19, densenet201 : str
         Files of published weights (`tactogram doctor` lists them); default: torch's cache.
     """
-    wanted = _wanted(methods)
+    chosen = _wanted(methods)
     files = {"alexnet": alexnet, "inception": inception, "vgg19": vgg19, "densenet201": densenet201}
     settings = table_settings(paper=paper, protocol=protocol, progress=progress, **files)
     store = data_of(folder, data, paper=paper, progress=progress)
-    cells = table_cells(folder, store, wanted, settings=settings, trainings=trainings, progress=progress)
+    cells = table_cells(folder, store, chosen, settings=settings, trainings=trainings, progress=progress)
     rows = {
         name: {
             **row,
@@ -102,10 +102,10 @@ def run(
         }
         for name, row in compared(cells, PROPOSED).items()
     }
-    runs = {name: run_of(folder, settings.run_name(name, model), 0) for name, (model, _) in wanted.items()}
+    runs = {name: run_of(folder, settings.run_name(name, model), 0) for name, (model, _) in chosen.items()}
     figure = folder / "figure3.png"
-    if all((place / "model.json").is_file() for place in runs.values()):
-        attention = [name for name in (PROPOSED, "without CBN") if name in wanted]
+    if all((run_folder / "model.json").is_file() for run_folder in runs.values()):
+        attention = [name for name in (PROPOSED, "without CBN") if name in chosen]
         compare_pictures(runs, figure, attention=attention, progress=progress)
     facts = facts_of_cells(store, settings, cells)
     if VGG19.network in settings.missing:
@@ -127,7 +127,7 @@ def _wanted(names: str) -> dict[str, tuple[str, dict[str, Any]]]:
     """Return model and changes of the named methods, of the published ones for none; always of the proposed."""
     known = METHODS | VARIANTS
     named = listed(names, (*known, "variants"), "methods") or list(METHODS)
-    wanted = [one for name in named for one in (VARIANTS if name == "variants" else (name,))]
+    wanted = [method for name in named for method in (VARIANTS if name == "variants" else (name,))]
     return {name: known[name] for name in known if name in {*wanted, PROPOSED}}
 
 

@@ -29,13 +29,13 @@ def distances_to_targets(
         By item, named ``GROUP/TARGET``.
     targets : mapping from str to float64 array, shape (word,)
     """
-    found = {}
+    distances = {}
     for name, row in scores.items():
         target = name.rpartition("/")[2]
         if target not in targets:
             raise ParameterError(f"{name}: target must be one of {', '.join(targets)}, got {target!r}")
-        found[name] = (target, float(np.sqrt(np.nanmean((row - targets[target]) ** 2))))
-    return found
+        distances[name] = (target, float(np.sqrt(np.nanmean((row - targets[target]) ** 2))))
+    return distances
 
 
 def word_map_figure(
@@ -78,15 +78,15 @@ def word_map_figure(
         middle = ends.mean(0).tolist()
         axes.text(middle[0], middle[1], f"{away:.1f}", fontsize=5.5, color=ORANGE, ha="center", zorder=4)
     for number, (kind, items) in enumerate(kinds.items()):
-        at = np.array([places[f"{kind}:{item}"] for item in items])
+        xy = np.array([places[f"{kind}:{item}"] for item in items])
         colour = colours[number % len(colours)]
         axes.plot(
-            *at.T, MARKS[number % len(MARKS)], color=colour, ms=8 if number == 0 else 5, label=kind, zorder=3
+            *xy.T, MARKS[number % len(MARKS)], color=colour, ms=8 if number == 0 else 5, label=kind, zorder=3
         )
         if number == 0:
-            for item, place in zip(items, at, strict=True):
+            for item, point in zip(items, xy, strict=True):
                 axes.annotate(
-                    item, place, xytext=(5, 4), textcoords="offset points", fontsize=7, color=colour
+                    item, point, xytext=(5, 4), textcoords="offset points", fontsize=7, color=colour
                 )
     reach = 0.9 * float(np.abs(np.array(list(places.values()))).max())
     longest = float(np.linalg.norm(plane, axis=0).max())

@@ -153,9 +153,9 @@ def _recording(item: ImportItem, number: int, frames: Mapping[str, NDArray[Any]]
     )
 
 
-def _number(stem: str, place: int = 0) -> int:
+def _number(stem: str, index: int = 0) -> int:
     """Return a number in ``matN`` or ``matN_R_bio``."""
     numbers = re.findall(r"\d+", stem)
-    if len(numbers) <= place:
+    if len(numbers) <= index:
         raise DataError(stem, "name must be matNN.npz or matN_R_bio.csv")
-    return int(numbers[place])
+    return int(numbers[index])

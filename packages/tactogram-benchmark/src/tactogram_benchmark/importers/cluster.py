@@ -77,12 +77,12 @@ def find(folder: Path) -> list[ImportItem]:
     if root is None:
         raise DataError(folder, "must hold a folder sensor_data with accel, force, position or audio")
     sensor_data = root / "sensor_data"
-    found: dict[str, dict[str, Path]] = {}
+    files_of_kind: dict[str, dict[str, Path]] = {}
     strokes: dict[str, str] = {}
     for kind, suffixes in SUFFIXES.items():
         for path in (sensor_data / kind).rglob("*.*"):
             if path.suffix.lower() in suffixes and not path.name.startswith("."):
-                found.setdefault(kind, {})[path.stem] = path
+                files_of_kind.setdefault(kind, {})[path.stem] = path
                 strokes.setdefault(path.stem, path.relative_to(sensor_data / kind).parent.as_posix())
     if not strokes:
         raise DataError(sensor_data, f"must hold {', '.join(SUFFIXES)}, found none")
@@ -91,7 +91,7 @@ def find(folder: Path) -> list[ImportItem]:
     for stem in sorted(strokes, key=lambda s: [int(n) for n in re.findall(r"\d+", s)]):
         paths = {
             kind: files.get(stem, sensor_data / kind / strokes[stem] / f"{stem}{SUFFIXES[kind][0]}")
-            for kind, files in found.items()
+            for kind, files in files_of_kind.items()
         }
         texture = stem.partition("_")[0]
         image = _image(root / "images" / "images_scan_area", texture)

@@ -134,24 +134,24 @@ def friction_over(
     # Only new ground counts: a place is felt when the finger first gets there.
     furthest = np.concatenate([[-np.inf], np.maximum.accumulate(forth)[:-1]])
     new = forth > furthest
-    place, felt = forth[new] - forth[0], friction[new]
-    length = float(place[-1])
-    if len(place) < LEAST or length * rate < LEAST:
+    displacement, coefficient = forth[new] - forth[0], friction[new]
+    length = float(displacement[-1])
+    if len(displacement) < LEAST or length * rate < LEAST:
         raise DataError(
             name,
-            f"the finger must move over at least {LEAST} samples, got {len(place)} over {length:g} mm; "
+            f"the finger must move over at least {LEAST} samples, got {len(displacement)} over {length:g} mm; "
             "is the displacement in mm?",
         )
     grid = np.arange(0, length, 1 / (FINE * rate))
-    fine = Signal(np.interp(grid, place, felt), FINE * rate, "1", ("along",), "displacement")
-    return resample(fine, rate), len(place) / length
+    fine = Signal(np.interp(grid, displacement, coefficient), FINE * rate, "1", ("along",), "displacement")
+    return resample(fine, rate), len(displacement) / length
 
 
 def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return displacement in mm and friction coefficient, float64, shape (time,)."""
-    found = text_table(path, path.read_bytes())
-    names = [heading(text).name for text in found.headings]
-    if not found.named:
+    table = text_table(path, path.read_bytes())
+    names = [heading(text).name for text in table.headings]
+    if not table.named:
         if len(names) not in (2, 5):
             raise DataError(
                 path,
@@ -164,24 +164,24 @@ def _columns(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
             _named(path, names, r"displacement"),
             _named(path, names, r"friction[ _]?coef|^friction$|^mu$|^cof$"),
         )
-    unit, factor = heading(found.headings[places[0]]).converted()
-    displacement, friction = (column_numbers(found, place) for place in places)
+    unit, factor = heading(table.headings[places[0]]).converted()
+    displacement, friction = (column_numbers(table, column) for column in places)
     return displacement * (1e3 * factor if unit == "m" else 1.0), friction
 
 
 def _named(path: Path, names: list[str], pattern: str) -> int:
-    found = [i for i, name in enumerate(names) if re.search(pattern, name, re.IGNORECASE)]
-    if len(found) != 1:
+    matches = [i for i, name in enumerate(names) if re.search(pattern, name, re.IGNORECASE)]
+    if len(matches) != 1:
         raise DataError(path, f"needs one column named like {pattern!r}, got {', '.join(names)}")
-    return found[0]
+    return matches[0]
 
 
 def _by_fabric(folder: Path, suffixes: Iterable[str]) -> dict[int, list[Path]]:
-    found: dict[int, list[Path]] = {}
+    paths: dict[int, list[Path]] = {}
     for name, path in files_below(folder, suffixes).items():
         if number := re.search(r"\d+", name.removesuffix(path.suffix)):
-            found.setdefault(int(number[0]), []).append(path)
-    return dict(sorted(found.items()))
+            paths.setdefault(int(number[0]), []).append(path)
+    return dict(sorted(paths.items()))
 
 
 def _name(fabric: int) -> str:

@@ -205,8 +205,8 @@ def _map(
         raise DataError(path, error) from None
 
 
-def _within(wanted: tuple[float, ...], highest: float) -> tuple[float, ...]:
-    return tuple(value for value in wanted if value <= highest) or (highest,)
+def _within(values: tuple[float, ...], highest: float) -> tuple[float, ...]:
+    return tuple(value for value in values if value <= highest) or (highest,)
 
 
 def _parse(path: Path) -> Element:

@@ -60,7 +60,7 @@ def find(folder: Path, *, rate: float = 10_000.0, full_scale: float = 1.0) -> li
     for kind, prefix in KINDS.items():
         files = files_below(folder / kind, READABLE) if (folder / kind).is_dir() else {}
         numbered = [(name, path, re.search(r"\d+", name)) for name, path in files.items()]
-        found = [
+        items_of_kind = [
             ImportItem(
                 f"{kind}/{name}",
                 (path,),
@@ -69,9 +69,9 @@ def find(folder: Path, *, rate: float = 10_000.0, full_scale: float = 1.0) -> li
             for name, path, number in numbered
             if number
         ]
-        if not found:
+        if not items_of_kind:
             raise DataError(folder, f"must hold files with a number in their path below {kind}/, found none")
-        items += found
+        items += items_of_kind
     return items
 
 
@@ -107,12 +107,12 @@ def read(item: ImportItem) -> list[Recording]:
 
 def ratings(folder: Path) -> Ratings | None:
     """Return the ratings of plates and display signals; None without tables of them."""
-    found = [
+    tables = [
         read_table(folder / f"{kind}.csv", columns=RatingColumns(item=prefix + "{:0>2}")).ratings
         for kind, prefix in KINDS.items()
         if (folder / f"{kind}.csv").is_file()
     ]
-    return join_ratings(found) if found else None
+    return join_ratings(tables) if tables else None
 
 
 def _loops(amplitudes: NDArray[np.float64], rate: float, *, seed: int) -> Signal:

@@ -74,7 +74,7 @@ def find(folder: Path) -> list[ImportItem]:
 
 def photographs(folder: Path) -> list[ImportedPhotograph]:
     """Return the photographs taken without flash."""
-    found = []
+    pictures = []
     for path in folder.rglob("*_Image_*"):
         named = _IMAGE.fullmatch(path.stem)
         relative = path.relative_to(folder)
@@ -82,9 +82,9 @@ def photographs(folder: Path) -> list[ImportedPhotograph]:
         if named and not flash and path.suffix.lower() in PICTURES:
             group, material, part, number = named.groups()
             name = group.upper() + material
-            place = (int(group[1:]), name, part.lower(), int(number))
-            found.append((place, ImportedPhotograph(relative.as_posix(), path, name)))
-    return [picture for _, picture in sorted(found, key=lambda f: (f[0], f[1].name))]
+            key = (int(group[1:]), name, part.lower(), int(number))
+            pictures.append((key, ImportedPhotograph(relative.as_posix(), path, name)))
+    return [picture for _, picture in sorted(pictures, key=lambda f: (f[0], f[1].name))]
 
 
 def read(item: ImportItem) -> list[Recording]:
@@ -117,7 +117,7 @@ def read(item: ImportItem) -> list[Recording]:
 
 def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
     """Yield kind, path, group, material, part and number of all files below ``folder``, in order."""
-    found = []
+    files = []
     for path in folder.rglob("*_Movement_*"):
         if axis := _AXIS.fullmatch(path.name):
             group, material, kind, part, number = axis.groups()
@@ -126,10 +126,10 @@ def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
         else:
             continue
         name = group.upper() + material
-        found.append((kind.upper() or "sound", path, group.upper(), name, part.lower(), number))
-    if not found:
+        files.append((kind.upper() or "sound", path, group.upper(), name, part.lower(), number))
+    if not files:
         raise DataError(folder, "must hold files named like G1Material_Sound_Movement_train1.wav, found none")
-    yield from sorted(found, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
+    yield from sorted(files, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
 
 
 def _sibling(path: Path, axis: str, other: str) -> Path:

@@ -23,10 +23,10 @@ SMALLEST = 1e-6
 def _discriminant(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answers:
     train = opened.train
     classify = linear_discriminant([e.signal for e in train], [str(e.material) for e in train])
-    found = classify([question.given["vibration"] for question in questions])
+    predicted = classify([question.given["vibration"] for question in questions])
     return {
         question.id: np.array([float(name == answer) for name in opened.materials])
-        for question, answer in zip(questions, found, strict=True)
+        for question, answer in zip(questions, predicted, strict=True)
     }
 
 
@@ -57,17 +57,17 @@ class Classification(TaskKind):
         """Return pooled probabilities of the windows."""
         model, signal = loaded.classifier, question.given["vibration"]
         shares = pooled(model.window_probabilities(signal))
-        found = dict(zip(model.materials, shares, strict=True))
-        return np.array([found.get(name, 0.0) for name in opened.materials])
+        share_of = dict(zip(model.materials, shares, strict=True))
+        return np.array([share_of.get(name, 0.0) for name in opened.materials])
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return the accuracy by recording, and the cross-entropy."""
         right, cost = {}, {}
         for example in opened.test:
-            place = opened.materials.index(str(example.material))
+            column = opened.materials.index(str(example.material))
             shares = np.asarray(answers[example.id], np.float64)
-            right[example.id] = float(shares.argmax() == place)
-            cost[example.id] = -float(np.log(max(shares[place], SMALLEST)))
+            right[example.id] = float(shares.argmax() == column)
+            cost[example.id] = -float(np.log(max(shares[column], SMALLEST)))
         chance = 1 / len(opened.materials)
         accuracy = wilson(float(np.mean(list(right.values()))), len(right))
         return Judgement(

@@ -143,9 +143,9 @@ class Generation(TaskKind):
     def check(self, opened: OpenTask) -> None:
         """Refuse test materials without training recordings, or without photographs or a stroke, if these are given."""
         options = options_of(opened.task, GenerationOptions)
-        given, tested = options.given, opened.counts("test")
+        described_by, tested = options.given, opened.counts("test")
         unknown = sorted(tested.keys() - set(opened.materials))
-        if unknown and (options.floor == "train" or given in ("material", "vibration")):
+        if unknown and (options.floor == "train" or described_by in ("material", "vibration")):
             raise ParameterError(f"{opened.task.name}: no training recording of {', '.join(unknown)}")
         lone = [name for name, count in tested.items() if count < 2]
         if lone and options.floor == "held-back":
@@ -154,7 +154,7 @@ class Generation(TaskKind):
                 + ", ".join(lone)
             )
         shown = opened.examples("test")
-        blank = [name for name in tested if "image" in given and not len(shown.photographs_of(name))]
+        blank = [name for name in tested if "image" in described_by and not len(shown.photographs_of(name))]
         if blank:
             raise ParameterError(f"{opened.task.name}: no test photograph of {', '.join(blank)}")
 
@@ -162,11 +162,11 @@ class Generation(TaskKind):
         """Return whether the model generates signals from what is given; from a stroke, any that learns a material."""
         if facts.task != "generation" or facts.gives != "signal" or facts.learns_from != "recordings":
             return False
-        given = options_of(opened.task, GenerationOptions).given
-        if opened.kind.domain == "displacement" and facts.needs == ("material",) and given != "image":
+        described_by = options_of(opened.task, GenerationOptions).given
+        if opened.kind.domain == "displacement" and facts.needs == ("material",) and described_by != "image":
             return False
-        described = {*facts.needs, *facts.instead} & {*given.split("+")}
-        return bool(described) or (given == "vibration" and facts.needs == ("material",))
+        described = {*facts.needs, *facts.instead} & {*described_by.split("+")}
+        return bool(described) or (described_by == "vibration" and facts.needs == ("material",))
 
     def form(self, opened: OpenTask) -> AnswerForm:
         """Return a signal."""
@@ -178,21 +178,21 @@ class Generation(TaskKind):
 
     def questions(self, opened: OpenTask) -> list[Question]:
         """Return a question for each signal that is compared."""
-        compared, found = _Compared(opened), []
+        compared, questions = _Compared(opened), []
         strokes = {str(e.material): e for e in reversed(opened.train)}
         for material, examples in sorted(compared.examples.items()):
             number, seconds = compared.pieces.draws(compared.test[material])
             seconds += SPARE_SAMPLES / compared.rate
-            for place in range(number):
-                example = examples[place % len(examples)]
-                found.append(
+            for draw in range(number):
+                example = examples[draw % len(examples)]
+                questions.append(
                     Question(
-                        f"{material}/{place}",
-                        _condition(compared, example, strokes.get(material), place),
+                        f"{material}/{draw}",
+                        _condition(compared, example, strokes.get(material), draw),
                         round(seconds, 6),
                     )
                 )
-        return found
+        return questions
 
     def uses_shipped(self, opened: OpenTask, facts: ModelInfo) -> bool:
         """Return whether the model answers as it comes: given a stroke, without training for the task."""
@@ -220,23 +220,23 @@ class Generation(TaskKind):
         own = child_seed(seed, "benchmark", question.id)
         generate = loaded.generator.generate
         try:
-            made = generate({**surface, **optional}, seconds=seconds, seed=own)
+            signal = generate({**surface, **optional}, seconds=seconds, seed=own)
         except ParameterError:
             if not optional or over_displacement:
                 raise
-            made = generate(surface, seconds=seconds, seed=own)
-        if not isinstance(made, Signal):
+            signal = generate(surface, seconds=seconds, seed=own)
+        if not isinstance(signal, Signal):
             raise ParameterError(f"{facts.name} generates images, not signals")
-        made = felt(made)
-        return (made if made.rate == compared.rate else resample(made, compared.rate)).samples
+        signal = felt(signal)
+        return (signal if signal.rate == compared.rate else resample(signal, compared.rate)).samples
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return the distance from recordings, and every measure of the protocol."""
         compared = _Compared(opened)
         kind = tactile_kind(opened.kind)
-        made: dict[str, list[Signal]] = {}
+        signals: dict[str, list[Signal]] = {}
         for id, samples in answers.items():
-            made.setdefault(id.rpartition("/")[0], []).append(kind.signal(np.asarray(samples, np.float32)))
+            signals.setdefault(id.rpartition("/")[0], []).append(kind.signal(np.asarray(samples, np.float32)))
         notes: list[str] = []
         references = ReferenceModels(
             opened.folder / "judges", opened.kind, opened.examples("train"), EvaluationSettings(), progress
@@ -250,7 +250,7 @@ class Generation(TaskKind):
             classifier = classifier_of(references, compared.pieces, notes)
         with threadpool_limits(1):
             result = evaluate_generation(
-                {MODEL: made},
+                {MODEL: signals},
                 train=compared.train,
                 test=compared.test,
                 floor=compared.floor,
@@ -261,31 +261,31 @@ class Generation(TaskKind):
             )
         figures = {"distance": _distance(result)} | _figures(result)
         if opened.kind.unit == "1" and opened.kind.domain == "displacement":
-            figures["mean_friction_error"] = _mean_friction_error(compared, made)
-        return Judgement(figures, (*notes, *result.notes), _shown(compared, made))
+            figures["mean_friction_error"] = _mean_friction_error(compared, signals)
+        return Judgement(figures, (*notes, *result.notes), _shown(compared, signals))
 
 
-def _condition(compared: _Compared, example: Example, stroke: Example | None, place: int) -> dict[str, Any]:
+def _condition(compared: _Compared, example: Example, stroke: Example | None, draw: int) -> dict[str, Any]:
     """Return what is given of a recording: its surface, and the speed and force of the finger where known."""
     known = {name: example.condition.get(name) for name in ("speed_mm_s", "force_n")}
-    given: dict[str, Any] = {name: value for name, value in known.items() if value is not None}
+    condition: dict[str, Any] = {name: value for name, value in known.items() if value is not None}
     described = compared.options.given.split("+")
     if "text" in described:
-        given["text"] = str(example.material)
+        condition["text"] = str(example.material)
     if "image" in described:
-        given["image"] = example.photographs[place % len(example.photographs)]
+        condition["image"] = example.photographs[draw % len(example.photographs)]
     if not {"text", "image"} & {*described}:
-        given["material"] = str(example.material)
+        condition["material"] = str(example.material)
     if compared.options.given == "vibration" and stroke is not None:
-        given["vibration"] = stroke.signal
-        given |= {
+        condition["vibration"] = stroke.signal
+        condition |= {
             f"vibration_{name}": value
             for name in ("speed_mm_s", "force_n")
             if (value := stroke.condition.get(name)) is not None
         }
     if compared.opened.kind.domain == "displacement":
-        given["speed_mm_s"] = EVALUATION_SPEED_MM_S
-    return given
+        condition["speed_mm_s"] = EVALUATION_SPEED_MM_S
+    return condition
 
 
 def _distance(result: GenerationResult) -> Figure:
@@ -312,20 +312,20 @@ def _distance(result: GenerationResult) -> Figure:
 
 
 def _figures(result: GenerationResult) -> dict[str, Figure]:
-    described, found = describe_measures(), {}
+    described, figures = describe_measures(), {}
     for name, row in result.overall.items():
         value = row[MODEL]
         if value is None:
             continue
         low, high = result.interval(name) or (None, None)
         about = described[name]
-        found[name] = Figure(
+        figures[name] = Figure(
             value, about.better, about.title, about.unit, row.get(FLOOR), row.get(CEILING), low, high
         )
-    return found
+    return figures
 
 
-def _mean_friction_error(compared: _Compared, made: Mapping[str, Sequence[Signal]]) -> Figure:
+def _mean_friction_error(compared: _Compared, generated: Mapping[str, Sequence[Signal]]) -> Figure:
     """Return how far the mean coefficient is off, by material; the floor is that of the floor's recordings."""
 
     def mean(signals: Sequence[Signal]) -> float:
@@ -333,7 +333,7 @@ def _mean_friction_error(compared: _Compared, made: Mapping[str, Sequence[Signal
 
     real = {name: mean(signals) for name, signals in compared.test.items()}
     other = {name: mean((compared.floor or compared.train)[name]) for name in real}
-    errors = np.array([abs(mean(made[name]) - real[name]) for name in real])
+    errors = np.array([abs(mean(generated[name]) - real[name]) for name in real])
     low, high = mean_interval(errors, least=0.0) or (None, None)
     everything = np.array(list(real.values()))
     floor = float(np.mean([abs(other[name] - real[name]) for name in real]))
@@ -343,12 +343,12 @@ def _mean_friction_error(compared: _Compared, made: Mapping[str, Sequence[Signal
     )
 
 
-def _shown(compared: _Compared, made: Mapping[str, Sequence[Signal]]) -> dict[str, Signal]:
-    names = sorted(made)
-    chosen = [names[place] for place in np.unique(np.linspace(0, len(names) - 1, SHOWN).astype(int))]
+def _shown(compared: _Compared, generated: Mapping[str, Sequence[Signal]]) -> dict[str, Signal]:
+    names = sorted(generated)
+    chosen = [names[index] for index in np.unique(np.linspace(0, len(names) - 1, SHOWN).astype(int))]
     length = round(compared.pieces.seconds * compared.rate)
-    found = {name: made[name][0].cut(0, length) for name in chosen}
-    return found | {f"{name} recorded": compared.test[name][0].cut(0, length) for name in chosen}
+    stretches = {name: generated[name][0].cut(0, length) for name in chosen}
+    return stretches | {f"{name} recorded": compared.test[name][0].cut(0, length) for name in chosen}
 
 
 KIND = Generation()

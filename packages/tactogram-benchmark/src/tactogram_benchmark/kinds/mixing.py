@@ -69,23 +69,23 @@ class Mixing(TaskKind):
     def questions(self, opened: OpenTask) -> list[Question]:
         """Return the mixes, each of several signals."""
         options = options_of(opened.task, MixingOptions)
-        found = []
+        questions = []
         for start, end in options.pairs:
             for weight in np.linspace(0, 1, options.steps).round(6).tolist():
                 for draw in range(options.signals):
                     mix = {start: round(1 - weight, 6), end: weight}
-                    found.append(
+                    questions.append(
                         Question(f"{start}+{end}/{weight:g}/{draw}", {"material": mix}, options.seconds)
                     )
-        return found
+        return questions
 
     def answer(self, opened: OpenTask, loaded: LoadedRun, question: Question, seed: int) -> NDArray[Any]:
         """Return generated samples."""
         own = child_seed(seed, "benchmark", question.id)
-        made = loaded.generator.generate(dict(question.given), seconds=question.seconds, seed=own)
-        if not isinstance(made, Signal):
+        signal = loaded.generator.generate(dict(question.given), seconds=question.seconds, seed=own)
+        if not isinstance(signal, Signal):
             raise ParameterError(f"{loaded.facts.name} generates images, not signals")
-        return (made if made.rate == opened.kind.rate else resample(made, opened.kind.rate)).samples
+        return (signal if signal.rate == opened.kind.rate else resample(signal, opened.kind.rate)).samples
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return how far steps are from their weight along the line, and how many pairs move one way.
@@ -97,14 +97,14 @@ class Mixing(TaskKind):
         recorded = {name: [e.signal for e in held] for name, held in opened.by_material("test").items()}
         error, monotone, half, off = {}, [], [], []
         for number, (start, end) in enumerate(options.pairs, 1):
-            made = [
+            mixes = [
                 [
                     kind.signal(np.asarray(answers[f"{start}+{end}/{weight:g}/{draw}"], np.float32))
                     for draw in range(options.signals)
                 ]
                 for weight in weights.tolist()
             ]
-            ladder = positions(made, recorded[start], recorded[end], weights=weights)
+            ladder = positions(mixes, recorded[start], recorded[end], weights=weights)
             column = ladder.columns.index(OVERALL)
             placed = ladder.position[:, column]
             error[f"{start}+{end}"] = float(np.mean(np.abs(np.clip(placed, -1, 2) - weights)))

@@ -37,10 +37,10 @@ def _nearest_spectrum(opened: OpenTask, questions: Sequence[Question], seed: int
     held = [example.signal for example in opened.examples("validation")]
     calibrated = np.sort(distances(held or [example.signal for example in train]))
     threshold = calibrated[min(len(calibrated) - 1, int(np.ceil((len(calibrated) + 1) * KEPT)) - 1)]
-    found = distances([question.given["vibration"] for question in questions])
+    strangeness = distances([question.given["vibration"] for question in questions])
     return {
         question.id: np.array([distance, float(distance > threshold)])
-        for question, distance in zip(questions, found, strict=True)
+        for question, distance in zip(questions, strangeness, strict=True)
     }
 
 
@@ -96,10 +96,10 @@ class Rejection(TaskKind):
         threshold = near[min(len(near) - 1, int(np.ceil(KEPT * len(near))) - 1)]
 
         def rate(title: str, by_surface: Iterable[Sequence[bool]], chance: float) -> Figure:
-            shares = [float(np.mean(one)) for one in by_surface]
-            found = wilson(float(np.mean(shares)), len(shares))
+            shares = [float(np.mean(decisions)) for decisions in by_surface]
+            share = wilson(float(np.mean(shares)), len(shares))
             return Figure(
-                found.accuracy, "higher", title, floor=1.0, ceiling=chance, low=found.low, high=found.high
+                share.accuracy, "higher", title, floor=1.0, ceiling=chance, low=share.low, high=share.high
             )
 
         return Judgement(
@@ -111,13 +111,13 @@ class Rejection(TaskKind):
                 ),
                 "unknown_refused": rate(
                     "unknown refused, at the model's threshold",
-                    [[not one for one in held] for held in kept[False].values()],
+                    [[not accepted for accepted in held] for held in kept[False].values()],
                     0.0,
                 ),
                 "known_kept": rate("known kept, at the model's threshold", kept[True].values(), 0.0),
                 "refused_at_95": rate(
                     "unknown refused where 95 % of the known are kept",
-                    [[one > threshold for one in held] for held in far[False].values()],
+                    [[distance > threshold for distance in held] for held in far[False].values()],
                     0.05,
                 ),
             }

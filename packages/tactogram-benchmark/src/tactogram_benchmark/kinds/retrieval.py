@@ -29,8 +29,8 @@ def _band_levels(opened: OpenTask, questions: Sequence[Question], seed: int) -> 
     trained = classifier_features([example.signal for example in opened.train])
     centre, scale = trained.mean(0), trained.std(0)
     scale[scale == 0] = 1.0
-    found = (classifier_features([question.given["vibration"] for question in questions]) - centre) / scale
-    return {question.id: row for question, row in zip(questions, found, strict=True)}
+    levels = (classifier_features([question.given["vibration"] for question in questions]) - centre) / scale
+    return {question.id: row for question, row in zip(questions, levels, strict=True)}
 
 
 class Retrieval(TaskKind):
@@ -76,14 +76,14 @@ class Retrieval(TaskKind):
         np.fill_diagonal(likeness, -np.inf)
         precision: dict[str, list[float]] = {}
         first: dict[str, list[float]] = {}
-        for place, name in enumerate(names.tolist()):
-            order = np.argsort(-likeness[place], kind="stable")[:-1]
+        for row, name in enumerate(names.tolist()):
+            order = np.argsort(-likeness[row], kind="stable")[:-1]
             same = names[order] == name
             ranks = np.flatnonzero(same) + 1
             precision.setdefault(name, []).append(float(np.mean(np.arange(1, len(ranks) + 1) / ranks)))
             first.setdefault(name, []).append(float(same[0]))
         by_surface = {name: float(np.mean(held)) for name, held in precision.items()}
-        one = wilson(float(np.mean([np.mean(held) for held in first.values()])), len(first))
+        nearest = wilson(float(np.mean([np.mean(held) for held in first.values()])), len(first))
         chance = float(np.mean([(names == name).sum() - 1 for name in names])) / (len(names) - 1)
         return Judgement(
             {
@@ -91,8 +91,8 @@ class Retrieval(TaskKind):
                     by_surface, "higher", "mean average precision", floor=1.0, ceiling=chance, most=1.0
                 ),
                 "nearest_right": Figure(
-                    one.accuracy, "higher", "nearest recording of the same material",
-                    floor=1.0, ceiling=chance, low=one.low, high=one.high,
+                    nearest.accuracy, "higher", "nearest recording of the same material",
+                    floor=1.0, ceiling=chance, low=nearest.low, high=nearest.high,
                 ),
             }
         )  # fmt: skip

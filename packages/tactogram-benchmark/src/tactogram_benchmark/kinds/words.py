@@ -52,13 +52,13 @@ def _nearest(opened: OpenTask, questions: Sequence[Question], seed: int) -> Answ
     words = ratings_of(opened).words
     known = {str(example.item): example for example in rated_examples(opened, "train")}
     held = mean_scores(opened, list(known))
-    found = {}
+    answers = {}
     for question in questions:
         asked = np.array([question.given["words"].get(word, np.nan) for word in words])
         order = np.argsort(np.nanmean((held - asked) ** 2, axis=1))
         item = list(known)[int(order[int(question.id.rpartition("/")[2])])]  # the next nearest for each draw
-        found[question.id] = array_of(_recorded(known[item]))
-    return found
+        answers[question.id] = array_of(_recorded(known[item]))
+    return answers
 
 
 class Words(TaskKind):
@@ -121,8 +121,8 @@ class Words(TaskKind):
         """Return generated samples or pixels."""
         # The draws of one label differ in noise; those of several labels share it.
         own = child_seed(seed, "benchmark", question.id.rpartition("/")[2])
-        made = loaded.generator.generate(dict(question.given), seed=own)
-        return made.pixels if isinstance(made, Image) else made.samples
+        content = loaded.generator.generate(dict(question.given), seed=own)
+        return content.pixels if isinstance(content, Image) else content.samples
 
     def judge(self, opened: OpenTask, answers: Answers, progress: ProgressCallback) -> Judgement:
         """Return how closely the rater model's scores follow those asked."""
@@ -179,10 +179,10 @@ class Words(TaskKind):
 
 def _parts(asked: NDArray[np.float64], told: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return each label's part of the correlation, shape (label,), whose mean is the correlation."""
-    wanted = np.broadcast_to((asked - asked.mean(0))[:, None], told.shape)
+    requested = np.broadcast_to((asked - asked.mean(0))[:, None], told.shape)
     heard = told - told.mean((0, 1))
-    power = float(np.sqrt(np.sum(wanted**2) * np.sum(heard**2)))
-    products: NDArray[np.float64] = (wanted * heard).sum((1, 2)) * len(asked)
+    power = float(np.sqrt(np.sum(requested**2) * np.sum(heard**2)))
+    products: NDArray[np.float64] = (requested * heard).sum((1, 2)) * len(asked)
     return products / power if power > 1e-12 else np.zeros(len(asked))
 
 
@@ -190,8 +190,8 @@ def _interval(asked: NDArray[np.float64], told: NDArray[np.float64]) -> tuple[fl
     """Return the 95 % percentile bootstrap interval of the correlation, over labels (Efron & Tibshirani 1993)."""
     rng = child_rng(0, "benchmark", "interval")
     drawn = (rng.integers(len(asked), size=len(asked)) for _ in range(RESAMPLES))
-    found = [label_fidelity(asked[places], told[places]).correlation for places in drawn]
-    low, high = np.quantile(found, [0.025, 0.975])
+    correlations = [label_fidelity(asked[places], told[places]).correlation for places in drawn]
+    low, high = np.quantile(correlations, [0.025, 0.975])
     return float(low), float(high)
 
 

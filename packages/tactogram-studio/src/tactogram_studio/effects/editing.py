@@ -89,7 +89,7 @@ def value_at(points: tuple[Point, ...], time: float) -> float:
 def with_transient(track: Track, time: float, amplitude: float, frequency: float) -> tuple[Track, int]:
     """Return a track with another transient, and its index."""
     new = _transient(time, amplitude, frequency)
-    transients = sorted([*track.transients, new], key=lambda one: one.time)
+    transients = sorted([*track.transients, new], key=lambda transient: transient.time)
     return track.changed(transients=tuple(transients)), transients.index(new)
 
 
@@ -136,10 +136,10 @@ def faded(track: Track, start: float, end: float, direction: Literal["in", "out"
     scaled = [_point("amplitude", point.time, point.value * factor(point.time)) for point in points]
     outside = [point for point in track.amplitude if not start <= point.time <= end]
     transients = tuple(
-        _transient(one.time, one.amplitude * factor(one.time), one.frequency)
-        if start <= one.time <= end
-        else one
-        for one in track.transients
+        _transient(transient.time, transient.amplitude * factor(transient.time), transient.frequency)
+        if start <= transient.time <= end
+        else transient
+        for transient in track.transients
     )
     return track.changed(amplitude=_straightened(_merged(outside, scaled), 1.0), transients=transients)
 
@@ -155,11 +155,11 @@ def repeated(track: Track, start: float, end: float, *, times: int, gap: float =
     total = track.end + (times - 1) * step
     if total > LONGEST_S:
         raise ParameterError(f"an effect lasts at most {LONGEST_S:g} s, this would be {total:.3g} s")
-    piece, made = _part(track, start, end), _part(track, 0.0, start)
+    piece, result = _part(track, start, end), _part(track, 0.0, start)
     for number in range(times):
-        made = _joined(made, shifted(piece, number * step))
+        result = _joined(result, shifted(piece, number * step))
     rest = _part(track, end, LONGEST_S)
-    return _joined(made, shifted(rest, (times - 1) * step)) if rest.end else made
+    return _joined(result, shifted(rest, (times - 1) * step)) if rest.end else result
 
 
 def shifted(track: Track, seconds: float) -> Track:
@@ -180,7 +180,8 @@ def shifted(track: Track, seconds: float) -> Track:
         amplitude=points(track.amplitude),
         frequency=points(_cut(track.frequency, -seconds, LONGEST_S)) or (_at(track.frequency, -seconds),),
         transients=tuple(
-            _transient(one.time + seconds, one.amplitude, one.frequency) for one in track.transients
+            _transient(transient.time + seconds, transient.amplitude, transient.frequency)
+            for transient in track.transients
         ),
     )
 
@@ -230,7 +231,7 @@ def _part(track: Track, start: float, end: float) -> Track:
     return track.changed(
         amplitude=_cut(track.amplitude, start, end) if end > start else (),
         frequency=_cut(track.frequency, start, end) or (_at(track.frequency, start),),
-        transients=tuple(one for one in track.transients if start <= one.time < end),
+        transients=tuple(transient for transient in track.transients if start <= transient.time < end),
     )
 
 

@@ -102,7 +102,7 @@ class Track(EffectPart):
     def start(self) -> float:
         """Time of the first point of the amplitude or the first transient, s; 0 of an empty track."""
         starts = [point.time for point in self.amplitude[:1]]
-        return min([*starts, *(one.time for one in self.transients[:1])], default=0.0)
+        return min([*starts, *(transient.time for transient in self.transients[:1])], default=0.0)
 
     @property
     def end(self) -> float:
@@ -154,8 +154,8 @@ def effect_from_json(text: str, *, where: str) -> Effect:
         return Effect.model_validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        place = ".".join(map(str, first["loc"])) or "document"
-        raise DataError(where, f"not an effect: {place}: {first['msg']}") from None
+        field = ".".join(map(str, first["loc"])) or "document"
+        raise DataError(where, f"not an effect: {field}: {first['msg']}") from None
 
 
 AMPLITUDE_STEP, FREQUENCY_STEP_HZ = 0.02, 5.0
@@ -196,20 +196,20 @@ def track_of(events: Events, title: str) -> Track:
     whole = events.joined.within(0.0, events.seconds)
     amplitude = _points(whole.times, np.clip(whole.amplitude, 0, 1), AMPLITUDE_STEP)
     # The frequency of silence, which files state, too, is no frequency.
-    at = densified(whole.times)
-    heard = whole.at(at) > 0
-    at = at[heard] if heard.any() else whole.times[:1]
-    hz = whole.hz(at)
-    frequency = _points(at, np.clip(hz, LOWEST_HZ, HIGHEST_HZ), FREQUENCY_STEP_HZ)
+    times = densified(whole.times)
+    heard = whole.at(times) > 0
+    times = times[heard] if heard.any() else whole.times[:1]
+    hz = whole.hz(times)
+    frequency = _points(times, np.clip(hz, LOWEST_HZ, HIGHEST_HZ), FREQUENCY_STEP_HZ)
     if np.ptp(hz) < FREQUENCY_STEP_HZ:
         frequency = frequency[:1]
     transients = tuple(
         Transient(
-            time=round(one.time, DIGITS),
-            amplitude=float(np.clip(one.amplitude - whole.at(one.time), 0, 1)),
-            frequency=float(np.clip(one.frequency, LOWEST_HZ, HIGHEST_HZ)),
+            time=round(transient.time, DIGITS),
+            amplitude=float(np.clip(transient.amplitude - whole.at(transient.time), 0, 1)),
+            frequency=float(np.clip(transient.frequency, LOWEST_HZ, HIGHEST_HZ)),
         )
-        for one in events.transients
+        for transient in events.transients
     )
     silent = all(point.value == 0 for point in amplitude)
     return Track(title=title[:60]).changed(
@@ -224,31 +224,31 @@ def track_of_signal(signal: Signal, title: str) -> Track:
     is over displacement or too long.
     """
     signal, _ = without_constant(signal, least=GRAVITY)
-    one, _ = to_one_axis(signal)
-    events = events_of(one)
+    vibration, _ = to_one_axis(signal)
+    events = events_of(vibration)
     fits = events.peak == 0 or (signal.unit == "1" and events.peak <= 1)
     return track_of(events if fits else events.scaled(1 / events.peak), title)
 
 
 def _part(track: Track) -> Part:
-    (times, amplitude), (at, hz) = (
+    (times, amplitude), (hz_times, hz) = (
         np.array([(point.time, point.value) for point in line]).T
         for line in (track.amplitude, track.frequency)
     )
-    return Part.of(times, track.gain * amplitude, at, hz)
+    return Part.of(times, track.gain * amplitude, hz_times, hz)
 
 
 def _transients(tracks: list[Track], whole: Part) -> list[Tap]:
     """Return the transients; at the same time, amplitudes add up, and the frequency is their weighted mean."""
     by_time: dict[float, Tap] = {}
     for track in tracks:
-        for one in track.transients:
-            added = track.gain * one.amplitude
-            before = by_time.get(one.time, Tap(one.time, 0.0, 0.0))
+        for transient in track.transients:
+            added = track.gain * transient.amplitude
+            before = by_time.get(transient.time, Tap(transient.time, 0.0, 0.0))
             amplitude = before.amplitude + added
             if amplitude > 0:
-                hz = (before.amplitude * before.frequency + added * one.frequency) / amplitude
-                by_time[one.time] = Tap(one.time, amplitude, hz)
+                hz = (before.amplitude * before.frequency + added * transient.frequency) / amplitude
+                by_time[transient.time] = Tap(transient.time, amplitude, hz)
     return [replace(tap, amplitude=tap.amplitude + float(whole.at(tap.time))) for tap in by_time.values()]
 
 
@@ -262,12 +262,14 @@ def _points(times: NDArray[np.float64], values: NDArray[np.float64], tolerance: 
         if len(chosen) <= MADE_POINTS:
             break
         tolerance *= 2
-    at = [round(float(times[i]), DIGITS) for i in chosen]
-    for i in range(1, len(at)):
-        if at[i] - at[i - 1] < 2 * JUMP_S:
-            at[i - 1] = round(at[i - 1], 4)
-        at[i] = round(max(at[i], at[i - 1] + LEAST_S), DIGITS)
+    rounded_times = [round(float(times[i]), DIGITS) for i in chosen]
+    for i in range(1, len(rounded_times)):
+        if rounded_times[i] - rounded_times[i - 1] < 2 * JUMP_S:
+            rounded_times[i - 1] = round(rounded_times[i - 1], 4)
+        rounded_times[i] = round(max(rounded_times[i], rounded_times[i - 1] + LEAST_S), DIGITS)
     rounded = [round(float(values[i]), DIGITS) for i in chosen]
     return tuple(
-        Point(time=time, value=value) for time, value in zip(at, rounded, strict=True) if time <= LONGEST_S
+        Point(time=time, value=value)
+        for time, value in zip(rounded_times, rounded, strict=True)
+        if time <= LONGEST_S
     )

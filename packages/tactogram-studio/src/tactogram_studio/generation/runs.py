@@ -75,14 +75,14 @@ def positions(features: NDArray[np.float64]) -> NDArray[np.float64]:
     n = len(features)
     centred = features - features.mean(0)
     u, s, _ = np.linalg.svd(centred, full_matrices=False)
-    place = np.zeros((n, 2))
+    points = np.zeros((n, 2))
     for k in range(min(2, len(s))):
         component = u[:, k] * s[k]
         largest = np.argmax(np.abs(component))
-        place[:, k] = component * (np.sign(component[largest]) or 1.0)
-    extent = np.ptp(place, axis=0).max()
-    middle = (place.max(0) + place.min(0)) / 2
-    unit = (place - middle) / (extent or 1.0) * (1 - 2 * MARGIN) + 0.5
+        points[:, k] = component * (np.sign(component[largest]) or 1.0)
+    extent = np.ptp(points, axis=0).max()
+    middle = (points.max(0) + points.min(0)) / 2
+    unit = (points - middle) / (extent or 1.0) * (1 - 2 * MARGIN) + 0.5
     return _apart(unit)
 
 
@@ -235,12 +235,12 @@ class GeneratingRuns(RunCatalogue):
         from tactogram.workflows import with_materials
 
         photograph = self.photo_file(request)
-        given = {"image": read_image(self.workspace.inside(photograph))} if photograph else {}
+        condition = {"image": read_image(self.workspace.inside(photograph))} if photograph else {}
         with LOCK:
-            found = with_materials(self.load(self.get(request.run)), given | {"text": text})
-        if "text" in found or photograph:
+            completed = with_materials(self.load(self.get(request.run)), condition | {"text": text})
+        if "text" in completed or photograph:
             return request.changed(text=text)
-        return request.changed(text="", material=found["material"])
+        return request.changed(text="", material=completed["material"])
 
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
         """Return the place of each material of a run on its map, float64, shape (material, 2).
@@ -256,12 +256,12 @@ class GeneratingRuns(RunCatalogue):
         seconds = MAP_S if form_of_run(run).over == "time" else None
         signals = []
         for name in materials:
-            [(_, made)] = self.generate(
+            [(_, content)] = self.generate(
                 GenerationRequest(run.name, {"material": {name: 1.0}}, seconds=seconds)
             )
-            if not isinstance(made, Signal):
+            if not isinstance(content, Signal):
                 raise ParameterError(f"{run.name}: generates images, whose spectra have no map")
-            signals.append(made)
+            signals.append(content)
         places = positions(levels_db(signals))
         write_text(file, json.dumps({"materials": materials, "places": places.round(4).tolist()}))
         return places

@@ -146,7 +146,7 @@ def declared_field(field: Declared, label: str, value: Any, change: Callable[[An
     if field.widget == "switch":
         return ui.switch(label, value=bool(value), on_change=lambda event: change(event.value))
     if field.widget == "choice":
-        titles = field.choices if isinstance(field.choices, Mapping) else {one: one for one in field.choices}
+        titles = field.choices if isinstance(field.choices, Mapping) else {key: key for key in field.choices}
         other = {} if value in titles else {value: "none" if value is None else str(value)}
         options = other | dict(titles)
         widget: Any = ui.select(
@@ -210,8 +210,8 @@ def signal_choice(sources: SignalSources, kind: str, take: Callable[[str], Any],
         return
 
     def recordings(store: str) -> None:
-        place.clear()
-        with place:
+        container.clear()
+        with container:
             option_choice(
                 sources.recordings(store), "Recording", take, empty="This store is empty.", last=last
             )
@@ -220,7 +220,7 @@ def signal_choice(sources: SignalSources, kind: str, take: Callable[[str], Any],
     first = last.removeprefix("recording:").partition("#")[0]
     first = first if first in stores else next(iter(stores), "")
     option_choice(stores, label, recordings, empty=empty, last=first)
-    place = ui.column().classes("w-full")
+    container = ui.column().classes("w-full")
     if first:
         recordings(first)
 

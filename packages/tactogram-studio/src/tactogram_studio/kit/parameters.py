@@ -33,22 +33,22 @@ class ParameterFields:
         entries: MutableMapping[str, Any] | None = None,
         classes: str = "w-36",
     ) -> None:
-        known = {one.name: one for one in parameters}
+        known = {option.name: option for option in parameters}
         self._parameters = {
             name: (known[name], (labels or {}).get(name, name.capitalize())) for name in names
         }
         self._entries: MutableMapping[str, Any] = {} if entries is None else entries
-        for name, (one, label) in self._parameters.items():
+        for name, (option, label) in self._parameters.items():
             field = ui.input(label, placeholder=(examples or {}).get(name, ""))
             field.set_value(str(self._entries.get(name) or ""))
             field.on_value_change(partial(self._store, name)).props("dense").classes(classes)
-            field.props('inputmode="decimal"' if one.annotation in NUMBERS else "").tooltip(one.text)
+            field.props('inputmode="decimal"' if option.annotation in NUMBERS else "").tooltip(option.text)
 
     def values(self) -> dict[str, Any]:
         """Return the checked values by name; `ParameterError` names the first field that is not one."""
         return {
-            name: value_of(one, text, label=label)
-            for name, (one, label) in self._parameters.items()
+            name: value_of(option, text, label=label)
+            for name, (option, label) in self._parameters.items()
             if (text := str(self._entries.get(name) or "").strip())
         }
 

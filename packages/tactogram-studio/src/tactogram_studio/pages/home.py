@@ -127,7 +127,7 @@ def _draw_summary(studio: Studio) -> None:
         "run": (studio.workspace.runs(), "/train"),
         "store": (studio.workspace.stores(), "/materials"),
         "study session": (studio.workspace.sessions(), "/studies"),
-        "kept result": ([made.folder for made in studio.shelf.all()], "/send"),
+        "kept result": ([result.folder for result in studio.shelf.all()], "/send"),
     }
     with kit.card("In this workspace"):
         kit.hint(studio.workspace.display_path)

@@ -95,9 +95,9 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
         return await kit.in_background(_response, made)
 
 
-def _response(made: Callable[[], Response]) -> Response:
+def _response(respond: Callable[[], Response]) -> Response:
     try:
-        return made()
+        return respond()
     except (TactogramError, OSError) as error:
         return JSONResponse({"error": str(error)}, status_code=400)
 
@@ -165,10 +165,10 @@ def _choose(*names: str) -> None:
     ui.run_javascript(f"window.tactogramTouch.rows.choose({', '.join(map(json.dumps, names))})")
 
 
-def _clone(out: Path, recordings: Sequence[Path] = (), **given: Any) -> Path:
+def _clone(out: Path, recordings: Sequence[Path] = (), **options: Any) -> Path:
     from tactogram.workflows import clone
 
-    return clone(recordings, out=out, **given).folder
+    return clone(recordings, out=out, **options).folder
 
 
 def _clone_material(out: Path, name: str) -> None:

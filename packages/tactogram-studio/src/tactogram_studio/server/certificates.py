@@ -94,7 +94,7 @@ def self_signed_certificate(path: Path, names: Sequence[str], *, now: datetime |
     """
     imported("cryptography", extra="studio", what="certificates")
     now = now or datetime.now(UTC)
-    wanted = {str(entry.value) for name in names if (entry := _general_name(name))}
+    required = {str(entry.value) for name in names if (entry := _general_name(name))}
     try:
         if path.is_file():
             if path.stat().st_mode & 0o077:
@@ -105,7 +105,7 @@ def self_signed_certificate(path: Path, names: Sequence[str], *, now: datetime |
             except DataError:  # damaged: a new one is as good
                 pass
             else:
-                if wanted <= set(certificate.names) and now + RENEWAL <= certificate.valid_until:
+                if required <= set(certificate.names) and now + RENEWAL <= certificate.valid_until:
                     return certificate
         _make(path, names, now)
         return _certificate(_parsed(path, path.read_bytes()), path, path, self_signed=True)

@@ -206,7 +206,7 @@ def _address(host: str, family: socket.AddressFamily) -> str:
     except (OSError, UnicodeError):
         raise DeviceError(f"host {host}: unknown name; use an address of this machine") from None
     resolved = [str(entry[4][0]) for entry in entries]
-    address = next((one for one in resolved if not is_loopback(one)), resolved[0])
+    address = next((candidate for candidate in resolved if not is_loopback(candidate)), resolved[0])
     if is_loopback(address) and host != address:
         others = ", ".join(addresses(ipv6=family == socket.AF_INET6)) or "none at present"
         raise DeviceError(
@@ -278,11 +278,11 @@ class StudioServer(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Stop without waiting for clients: over TLS, a sleeping tablet does not announce its end."""
-        for one in list(self.server_state.connections):
-            if isinstance(one, H11Protocol) and (
-                one.cycle is None or one.cycle.response_complete or one.cycle.more_body
+        for connection in list(self.server_state.connections):
+            if isinstance(connection, H11Protocol) and (
+                connection.cycle is None or connection.cycle.response_complete or connection.cycle.more_body
             ):
-                one.transport.abort()
+                connection.transport.abort()
         await super().shutdown(sockets)
 
 

@@ -32,7 +32,7 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
     rows = len(traits.axes)
     top = _nice(scales.peak)
     grids, x_axes, y_axes, series, data = [], [], [], [], []
-    for row, (name, (place, value)) in enumerate(zip(traits.axes, traits.curves, strict=True)):
+    for row, (name, (indices, value)) in enumerate(zip(traits.axes, traits.curves, strict=True)):
         grids.append({"left": 64, "right": 12, "top": 8 + 84 * row, "height": 66})
         x_axes.append(
             {
@@ -61,7 +61,7 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
             }
         )
         # Two lists, not one per point: the server watches every list for changes.
-        columns = {"t": [_digits(p / traits.rate) for p in place], "v": [_digits(v) for v in value]}
+        columns = {"t": [_digits(p / traits.rate) for p in indices], "v": [_digits(v) for v in value]}
         data.append({"source": columns})
         series.append(
             {
@@ -191,8 +191,8 @@ def _titled(name: str, gap: int) -> dict[str, Any]:
     }
 
 
-def _bound(values: NDArray[np.float64], place: int, otherwise: float) -> float:
-    return float(values[place]) if len(values) else otherwise
+def _bound(values: NDArray[np.float64], index: int, otherwise: float) -> float:
+    return float(values[index]) if len(values) else otherwise
 
 
 def _digits(value: float) -> float:

@@ -117,8 +117,8 @@ def _one_channel(signal: Signal) -> NDArray[np.float64]:
     centred = signal.with_samples((x - x.mean()).astype(np.float32))
     if len(centred) * RATE / centred.rate >= 1:
         centred = resample(centred, RATE)
-    one: NDArray[np.float64] = centred.samples[0].astype(np.float64)
-    return one
+    channel: NDArray[np.float64] = centred.samples[0].astype(np.float64)
+    return channel
 
 
 def _combined(signal: Signal) -> Signal:
@@ -128,6 +128,6 @@ def _combined(signal: Signal) -> Signal:
     x = signal.samples
     first = np.zeros((3, len(signal)), np.float32)
     first[: len(x[:3])] = x[:3]  # an axis of zeros adds neither power nor phase
-    one = dft321(Signal(first, signal.rate, signal.unit)).samples
+    vibration = dft321(Signal(first, signal.rate, signal.unit)).samples
     names = tuple(f"axis {number}" for number in range(1 + len(x[3:])))
-    return Signal(np.concatenate([one, x[3:]]), signal.rate, signal.unit, names)
+    return Signal(np.concatenate([vibration, x[3:]]), signal.rate, signal.unit, names)

@@ -85,13 +85,13 @@ def signal_cards(
     add_routes()
     frames = [_frame(entry) for entry in entries]
     cached = [SHOWN.cached(entry.source) for entry in entries]
-    places = [place for _, place in frames]
-    if all(one is not None for one in cached):
-        _fill(entries, [one for one in cached if one], places, same_gain=same_gain, small=small)
+    places = [container for _, container in frames]
+    if all(signal is not None for signal in cached):
+        _fill(entries, [signal for signal in cached if signal], places, same_gain=same_gain, small=small)
     else:
-        for entry, place in zip(entries, places, strict=True):
+        for entry, container in zip(entries, places, strict=True):
             axes = len(entry.source.axes) if isinstance(entry.source, Signal) else USUAL_AXES
-            with place:
+            with container:
                 placeholder("Drawing …", axes=axes, small=small)
 
         async def fill() -> None:
@@ -111,8 +111,8 @@ def _frame(entry: SignalEntry) -> tuple[ui.row, ui.element]:
     card = ui.element("section").classes("card signal")
     with card.props(f'role="group" aria-label="{kit.attribute(entry.title)}"'):
         top = kit.title_row(entry.title, entry.simulated)
-        place = ui.element("div").classes("pictures")
-    return top, place
+        container = ui.element("div").classes("pictures")
+    return top, container
 
 
 async def _fill_later(
@@ -122,15 +122,15 @@ async def _fill_later(
     try:
         signals = [await kit.in_background(SHOWN.load, entry.source) for entry in entries]
     except Exception as error:
-        for place in places:
-            if not place.is_deleted:
-                place.clear()
-                with place:
+        for container in places:
+            if not container.is_deleted:
+                container.clear()
+                with container:
                     ui.label(f"This signal cannot be shown: {error}").props('role="alert"')
         if not isinstance(error, TactogramError | OSError):
             raise
         return
-    if not any(place.is_deleted for place in places):
+    if not any(container.is_deleted for container in places):
         _fill(entries, signals, places, same_gain=same_gain, small=small)
 
 
@@ -142,14 +142,14 @@ def _fill(
     same_gain: bool,
     small: bool,
 ) -> None:
-    comparable = len({(one.traits.unit, one.traits.domain) for one in signals}) <= 1
-    scales = scales_of([one.traits for one in signals]) if comparable else None
-    gain = common_gain([one.traits.peak for one in signals]) if same_gain and comparable else None
-    for entry, one, place in zip(entries, signals, places, strict=True):
-        others = [other.traits for other in signals if other is not one] if comparable else []
-        place.clear()
-        with place:
-            _pictures(entry, one, scales or scales_of([one.traits]), gain, None if small else others)
+    comparable = len({(signal.traits.unit, signal.traits.domain) for signal in signals}) <= 1
+    scales = scales_of([signal.traits for signal in signals]) if comparable else None
+    gain = common_gain([signal.traits.peak for signal in signals]) if same_gain and comparable else None
+    for entry, signal, container in zip(entries, signals, places, strict=True):
+        others = [other.traits for other in signals if other is not signal] if comparable else []
+        container.clear()
+        with container:
+            _pictures(entry, signal, scales or scales_of([signal.traits]), gain, None if small else others)
             if not comparable:
                 kit.hint("Units or domains differ: this signal has its own scales.")
 

@@ -86,8 +86,8 @@ class StudyDraft:
     def set_text(self, place: Place, language: str, text: str, default: Any = None) -> None:
         """Change a text in one language; the others stay, those of the ``default`` included."""
         before = self.get(place, default)
-        others = {one: text_in(before, one) for one in dict.fromkeys((*self.languages, *_own(before)))}
-        self.set(place, {one: other for one, other in {**others, language: text}.items() if other})
+        others = {tag: text_in(before, tag) for tag in dict.fromkeys((*self.languages, *_own(before)))}
+        self.set(place, {tag: other for tag, other in {**others, language: text}.items() if other})
 
     @property
     def toml(self) -> str:
@@ -172,7 +172,7 @@ def _normalised(values: Mapping[str, Any], path: Path) -> dict[str, Any]:
 
 
 def _own(value: Any) -> list[str]:
-    return [] if value is None or isinstance(value, str) else [one for one in value if one != "*"]
+    return [] if value is None or isinstance(value, str) else [tag for tag in value if tag != "*"]
 
 
 def _hash(text: str) -> str:

@@ -70,19 +70,19 @@ def with_source(stimulus: Mapping[str, Any], kind: str, value: str) -> dict[str,
     """Return a stimulus with another signal, without the settings that the former source had."""
     same = kind == source_kind(stimulus) and kind != "file"
     dropped = SIGNALS if same else (*SIGNALS, *OF_A_SOURCE)
-    changed = {key: one for key, one in stimulus.items() if key not in dropped}
+    changed = {key: entry for key, entry in stimulus.items() if key not in dropped}
     return changed | ({kind: value} if kind else {})
 
 
 def with_picture(stimulus: Mapping[str, Any], kind: str, value: str) -> dict[str, Any]:
     """Return a stimulus with another picture, or without one."""
-    changed = {key: one for key, one in stimulus.items() if key not in PICTURES}
+    changed = {key: entry for key, entry in stimulus.items() if key not in PICTURES}
     return changed | ({kind: value} if kind else {})
 
 
 def simulated_surfaces() -> list[str]:
     """Return the surfaces that can be simulated, as SET/MATERIAL."""
-    return [f"{name}/{surface.name}" for name, one in SETS.items() for surface in one.surfaces]
+    return [f"{name}/{surface.name}" for name, group in SETS.items() for surface in group.surfaces]
 
 
 def place_signal(workspace: Workspace, study: Path, signal: SelectedSignal) -> str:
@@ -120,16 +120,18 @@ def listed(draft: StudyDraft) -> None:
         draft.set(("names", grid.numbered), None)
         for item in grid.numbered_items:
             draft.set(("names", item), study.display_names[item].model_dump(mode="json"))
-    made = [one.model_dump(mode="json", exclude_defaults=True) for one in stimuli]
-    draft.set(("stimuli",), [*draft.get(("stimuli",), ()), *made])
+    entries = [stimulus.model_dump(mode="json", exclude_defaults=True) for stimulus in stimuli]
+    draft.set(("stimuli",), [*draft.get(("stimuli",), ()), *entries])
     draft.set(("grid",), None)
 
 
 def stimulus_names(draft: StudyDraft) -> list[str]:
     """Return the names of the study's stimuli; none if it is too incomplete to have any."""
-    names = [str(one.get("name", "")) for one in draft.get(("stimuli",), ())]
+    names = [str(stimulus.get("name", "")) for stimulus in draft.get(("stimuli",), ())]
     conditions = grid_conditions(draft) or [""]
-    return names + [f"{item}/{one}" if one else item for item in grid_items(draft) for one in conditions]
+    return names + [
+        f"{item}/{condition}" if condition else item for item in grid_items(draft) for condition in conditions
+    ]
 
 
 def grid_conditions(draft: StudyDraft) -> list[str]:
@@ -152,6 +154,6 @@ def named_keys(draft: StudyDraft) -> list[str]:
     """Return the keys of items and conditions that can have names; one key for all numbered items."""
     keys = [*draft.get(("grid", "items"), ()), draft.get(("grid", "numbered"), "")]
     keys += draft.get(("grid", "conditions"), ())
-    for one in (*draft.get(("stimuli",), ()), *draft.get(("practice", "own"), ())):
-        keys += [one.get("item") or one.get("name", ""), one.get("condition", "")]
+    for stimulus in (*draft.get(("stimuli",), ()), *draft.get(("practice", "own"), ())):
+        keys += [stimulus.get("item") or stimulus.get("name", ""), stimulus.get("condition", "")]
     return list(dict.fromkeys(key for key in (*keys, *draft.get(("names",), ())) if key))

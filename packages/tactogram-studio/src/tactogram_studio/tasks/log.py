@@ -121,7 +121,7 @@ def thinned(points: Sequence[tuple[int, float]], most: int = 400) -> list[tuple[
     if len(points) <= most:
         return list(points)
     size = -(-len(points) // most)
-    parts = [points[place : place + size] for place in range(0, len(points), size)]
+    parts = [points[begin : begin + size] for begin in range(0, len(points), size)]
     return [(part[-1][0], sum(value for _, value in part) / len(part)) for part in parts]
 
 
@@ -143,7 +143,7 @@ def time_left(
     It is None with fewer than two readings of the stage.
     """
     stage = (progress.name, progress.total)
-    same = [(at, earlier) for at, earlier in readings if (earlier.name, earlier.total) == stage]
+    same = [(time_s, earlier) for time_s, earlier in readings if (earlier.name, earlier.total) == stage]
     if len(same) < 2:
         return None
     (first_at, first), (last_at, last) = same[0], same[-1]

@@ -105,12 +105,12 @@ def sample(folder: Path | str, *, of: str | None = None, seed: int = 0) -> dict[
         _, position = load_state(folder / "checkpoint.safetensors")
     name, description, condition = _condition(loaded, generator, of)
     image = loaded.facts.gives == "image"
-    [made] = generate(loaded, condition, seconds=None if image else SAMPLE_S, seed=seed)
-    place = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
-    suffix = ".png" if isinstance(made, Image) else ".wav"
-    file = folder / "samples" / f"{place}-{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}{suffix}"
+    [content] = generate(loaded, condition, seconds=None if image else SAMPLE_S, seed=seed)
+    stage_name = "end" if finished else f"stage{position['stage']}-step{position['step']:06d}"
+    suffix = ".png" if isinstance(content, Image) else ".wav"
+    file = folder / "samples" / f"{stage_name}-{re.sub(r'[^A-Za-z0-9_-]+', '-', name)}{suffix}"
     facts = {**run_provenance(loaded, seed), **position, "of": description}
-    return {**position, "of": description, **write_made(file, made, facts, simulated=loaded.simulated)}
+    return {**position, "of": description, **write_made(file, content, facts, simulated=loaded.simulated)}
 
 
 def _condition(loaded: LoadedRun, generator: Model, of: str | None) -> tuple[str, str, Condition]:
@@ -139,7 +139,7 @@ def _one(known: Sequence[str], of: str | None) -> str:
 def _photographed(store: Store, split: Split) -> list[str]:
     """Return the materials of a split that have a photograph, sorted."""
     known = {store.info(segment.id).material for segment in (*split.test, *split.train)}
-    found = sorted(material for material in known if material and store.photographs_of(material))
-    if not found:
+    materials = sorted(material for material in known if material and store.photographs_of(material))
+    if not materials:
         raise ParameterError("no material of the run has a photograph")
-    return found
+    return materials

@@ -75,10 +75,10 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
     start at random positions and neighbours correlate over `ACROSS_MM`.
     """
     steady = signal.samples - signal.samples.mean(axis=1, keepdims=True)
-    one, _ = combined(signal.with_samples(steady), "dft321" if len(signal.axes) <= 3 else signal.axes[0])
-    if one.domain == "time":
-        one = over_displacement(one, speed_mm_s)
-    line = _at_pixels(looped(one) if registered else one)
+    profile, _ = combined(signal.with_samples(steady), "dft321" if len(signal.axes) <= 3 else signal.axes[0])
+    if profile.domain == "time":
+        profile = over_displacement(profile, speed_mm_s)
+    line = _at_pixels(looped(profile) if registered else profile)
     if registered:
         height = np.broadcast_to(line[:MOST_COLUMNS], (ROWS, min(len(line), MOST_COLUMNS)))
     else:
@@ -96,10 +96,10 @@ def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False
     return Image(_lit(height), mm_per_pixel=MM_PER_PIXEL)
 
 
-def _at_pixels(one: Signal) -> Array:
+def _at_pixels(signal: Signal) -> Array:
     """Return the signal's values one pixel apart, with variance 1."""
-    step = MM_PER_PIXEL * one.rate
-    values = one.samples[0].astype(np.float64)
+    step = MM_PER_PIXEL * signal.rate
+    values = signal.samples[0].astype(np.float64)
     if step > 1:  # means over a pixel prevent aliasing
         count = max(1, int(len(values) / step))
         edges = (np.arange(count + 1) * step).astype(int)

@@ -97,10 +97,10 @@ def _of_runs(workspace: Workspace) -> Iterator[TextureChoice]:
 
 
 def _of_shelf(shelf: ResultArchive) -> Iterator[TextureChoice]:
-    for made in shelf.all():
-        if not made.is_image:
+    for kept in shelf.all():
+        if not kept.is_image:
             yield TextureChoice(
-                "kept", made.id, "", made.title, "Kept results", bool(made.facts.get("simulated", False))
+                "kept", kept.id, "", kept.title, "Kept results", bool(kept.facts.get("simulated", False))
             )
 
 
@@ -259,10 +259,10 @@ def _generated(run: LoadedRun, request: TextureRequest) -> tuple[Signal, float |
         condition["speed_mm_s"] = request.speed_mm_s or ASSUMED_SPEED_MM_S
     seconds = LAID_S if run.kind.domain == "time" else None
     with LOCK:
-        made = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
-    if not isinstance(made, Signal):
+        content = next(iter(generate(run, condition, seconds=seconds, seed=request.seed)))
+    if not isinstance(content, Signal):
         raise ParameterError(f"{run.run.name}: {run.facts.name} generates images, which cannot be felt")
-    return made, condition.get("speed_mm_s", request.speed_mm_s)
+    return content, condition.get("speed_mm_s", request.speed_mm_s)
 
 
 def _speed_in(facts: dict[str, Any]) -> float | None:

@@ -177,19 +177,19 @@ def table_of_signal(
     if signal.domain == "displacement":
         speed_mm_s = None
     steady = signal.samples - signal.samples.mean(axis=1, keepdims=True, dtype=np.float64)
-    one, words = combined(signal.with_samples(steady.astype(np.float32)), axes)
+    vibration, words = combined(signal.with_samples(steady.astype(np.float32)), axes)
     if len(signal.axes) > 1:
         notes.append(words)
-    if len(one.axes) > 1:
+    if len(vibration.axes) > 1:
         raise ParameterError.must(
             "axes", "combine several axes into one", axes, remedy="use dft321, mean or an axis's name"
         )
-    copies = copy_count(one.rate / (speed_mm_s or 1.0), rate)
+    copies = copy_count(vibration.rate / (speed_mm_s or 1.0), rate)
     most = MOST_NODES // (OVERSAMPLED * copies)
-    if len(one) > most:
-        notes.append(f"only its first {100 * most / len(one):.0f} %: the rest is too long to send")
-        one = one.cut(0, most)
-    texture = SurfaceTexture(name, one, rate=rate, speed_mm_s=speed_mm_s, along=along)
+    if len(vibration) > most:
+        notes.append(f"only its first {100 * most / len(vibration):.0f} %: the rest is too long to send")
+        vibration = vibration.cut(0, most)
+    texture = SurfaceTexture(name, vibration, rate=rate, speed_mm_s=speed_mm_s, along=along)
     texture.holds_at_rest = False
     common = _head(name, texture, rate=rate, simulated=simulated)
     envelope, step_mm = _envelope(texture, speed_mm_s or ASSUMED_SPEED_MM_S)
@@ -290,12 +290,12 @@ def _felt_amplitudes(table: TextureTable | NoiseTable) -> NDArray[np.float32]:
     low, high = open_display(PHONE).band or FELT_HZ
     high = min(high, table.rate / 2)
     frequency = np.linspace(low, high, FREQUENCIES) if low < high else np.array([low])
-    found = np.empty((len(table.grid.speeds), len(table.grid.forces)), np.float32)
+    amplitudes = np.empty((len(table.grid.speeds), len(table.grid.forces)), np.float32)
     for i, speed in enumerate(table.grid.speeds):
         for j, force in enumerate(table.grid.forces):
             density = table.at(float(speed), float(force)).power_spectrum(frequency)[0]
-            found[i, j] = np.sqrt(2 * np.trapezoid(density, frequency))
-    return found
+            amplitudes[i, j] = np.sqrt(2 * np.trapezoid(density, frequency))
+    return amplitudes
 
 
 def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.float32], float]:
@@ -305,8 +305,8 @@ def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.fl
     phone = open_display(PHONE)
     # Far enough below full drive that nothing is limited.
     gain = 0.25 / float(np.abs(loop.samples).max())
-    found = strength(over_time, phone.settings_as(StrengthSettings), display=phone, level=Level("gain", gain))
-    return (found.share / gain).astype(np.float32), texture.length_mm / len(found.share)
+    curve = strength(over_time, phone.settings_as(StrengthSettings), display=phone, level=Level("gain", gain))
+    return (curve.share / gain).astype(np.float32), texture.length_mm / len(curve.share)
 
 
 def _followed(
@@ -314,7 +314,7 @@ def _followed(
 ) -> tuple[str, list[str]]:
     """Return what a grid of models follows, and what counts in place of strokes outside of it, for people."""
     names, notes = [], []
-    for values, name, unit, at, less, more in (
+    for values, name, unit, preposition, less, more in (
         (speeds, "speed", "mm/s", "at", "slower", "faster"),
         (forces, "force", "N", "with", "lighter", "firmer"),
     ):
@@ -324,8 +324,8 @@ def _followed(
         if len(values) > 1:
             names.append(name)
             notes.append(
-                f"recorded {at} {low} to {high} {unit}; {less} strokes count as {low}, {more} ones as {high}"
+                f"recorded {preposition} {low} to {high} {unit}; {less} strokes count as {low}, {more} ones as {high}"
             )
         else:
-            notes.append(f"recorded {at} {low} {unit}; a stroke of any other {name} counts as that")
+            notes.append(f"recorded {preposition} {low} {unit}; a stroke of any other {name} counts as that")
     return " and ".join(names) or "whether the finger slides", notes

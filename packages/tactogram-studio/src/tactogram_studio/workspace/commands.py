@@ -16,17 +16,17 @@ def arguments(*words: str, **options: Any) -> list[str]:
 
     A flag for True; None, False and empty values are left out. Numbers read back as themselves.
     """
-    found = list(words)
+    parts = list(words)
     for name, value in options.items():
         option = spelt(name)
         if value is True:
-            found.append(option)
+            parts.append(option)
             continue
         entries = value if isinstance(value, list | tuple) else [value]
         for entry in map(assignments, entries) if isinstance(value, Mapping) else entries:
             if entry is not None and entry is not False and entry != "":
-                found += [option, entry if isinstance(entry, str) else exact(entry)]
-    return found
+                parts += [option, entry if isinstance(entry, str) else exact(entry)]
+    return parts
 
 
 def command_line(arguments: Sequence[str]) -> str:

@@ -140,15 +140,15 @@ class Workspace:
     def recording_folders(self) -> list[Path]:
         """Return the folders with signal files in or below them, by name, except runs, stores and the studio's own."""
         others = {self.studio_folder}
-        found: set[Path] = set()
+        folders: set[Path] = set()
         for folder, files in self._walk():
             if {RUN, STORE, SESSION} & {*files}:
                 others.add(folder)
             above = [folder, *folder.parents]
             above = above[: above.index(self.folder)]
             if not others.intersection(above) and any(name.lower().endswith(READABLE) for name in files):
-                found.update(above)
-        return sorted(found)
+                folders.update(above)
+        return sorted(folders)
 
     def _folders_with(self, name: str) -> list[Path]:
         return [folder for folder, files in self._walk() if name in files]

@@ -139,9 +139,9 @@ class ColumnChoices:
     def layouts(self) -> list[TableLayout]:
         """Return the mapping: a layout per stream; `ParameterError` if the choices contradict each other."""
         streams: dict[str, list[int]] = {}
-        for place, role in enumerate(self.roles):
+        for column, role in enumerate(self.roles):
             if role != TIME and (stream := _stream(role)) is not None:
-                streams.setdefault(stream, []).append(place)
+                streams.setdefault(stream, []).append(column)
         if not streams:
             raise ParameterError("choose x, y, z, force or position for at least one column")
         times = [i for i, role in enumerate(self.roles) if role == TIME]
@@ -211,8 +211,8 @@ def _known(unit: str | None) -> str:
     return unit or ""
 
 
-def _put(values: tuple[str, ...], place: int, value: str) -> tuple[str, ...]:
-    return (*values[:place], value, *values[place + 1 :])
+def _put(values: tuple[str, ...], index: int, value: str) -> tuple[str, ...]:
+    return (*values[:index], value, *values[index + 1 :])
 
 
 def headings_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
@@ -222,11 +222,11 @@ def headings_of(facts: Mapping[str, Any]) -> tuple[str, ...]:
 
 def by_key(layouts: Sequence[Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
     """Return the layouts of a preview by their headings, or by their first file where these do not distinguish them."""
-    found: dict[str, Mapping[str, Any]] = {}
+    keyed: dict[str, Mapping[str, Any]] = {}
     for facts in layouts:
         headings = repr(headings_of(facts))
-        found[facts["example"] if headings in found or not facts["columns"] else headings] = facts
-    return found
+        keyed[facts["example"] if headings in keyed or not facts["columns"] else headings] = facts
+    return keyed
 
 
 def timing_text(facts: Mapping[str, Any]) -> str:

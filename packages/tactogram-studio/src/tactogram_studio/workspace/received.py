@@ -99,8 +99,8 @@ class ReceivedFolders:
         def write(part: Path) -> None:
             total = 0
             for path, file in files:
-                if (place := places[path]) is not None:
-                    target = part.joinpath(name, *place)
+                if (parts := places[path]) is not None:
+                    target = part.joinpath(name, *parts)
                     target.parent.mkdir(parents=True, exist_ok=True)
                     total += _copy(file, target, path, MOST_UNPACKED - total)
 
@@ -139,17 +139,17 @@ def _places(paths: Sequence[str], name: str) -> tuple[str, dict[str, tuple[str, 
     A folder around all others is the folder itself; one that holds files alone is a material.
     """
     places = {path: safe_path(path) for path in paths}
-    kept = [place for place in places.values() if place]
+    kept = [parts for parts in places.values() if parts]
     if not kept:
         raise DataError(name, "no files; choose a folder with a folder for each material")
     if len(kept) > MOST_FILES:
         raise DataError(name, f"must have at most {MOST_FILES} files, got {len(kept)}", remedy=REMEDY)
-    if len({place[0] for place in kept}) == 1 and max(map(len, kept)) > 2:
+    if len({parts[0] for parts in kept}) == 1 and max(map(len, kept)) > 2:
         name = kept[0][0]
-        places = {path: place[1:] if place else None for path, place in places.items()}
+        places = {path: parts[1:] if parts else None for path, parts in places.items()}
     seen: dict[str, str] = {}
-    for path, place in places.items():
-        other = seen.setdefault("/".join(place).lower(), path) if place else path
+    for path, parts in places.items():
+        other = seen.setdefault("/".join(parts).lower(), path) if parts else path
         if other != path:
             raise DataError(f"{path[:200]}: the same name as {other[:200]}; rename one of them")
     if len(set(paths)) < len(paths):
@@ -167,8 +167,8 @@ def _copy(file: IO[bytes], target: Path, path: str, room: int) -> int:
             size += len(chunk)
             if size > most:
                 whole = f"all files together must have at most {MOST_UNPACKED // MIB} MiB"
-                one = f"must have at most {most_bytes_of(suffix) // MIB} MiB"
-                raise DataError(path[:200], whole if most == room else one, remedy=REMEDY)
+                each_file = f"must have at most {most_bytes_of(suffix) // MIB} MiB"
+                raise DataError(path[:200], whole if most == room else each_file, remedy=REMEDY)
             out.write(chunk)
     if target.name.lower().endswith(READABLE):
         try:

@@ -123,8 +123,8 @@ def trace_svg(signal: Signal, *, width: int = 240, height: int = 56) -> bytes:
     peak = float(np.abs(x).max()) or 1.0
     middle, scale = height / 2, (height / 2 - 1) / peak
     step = width / len(edges)
-    top = [f"{place * step:.1f},{middle - value * scale:.1f}" for place, value in enumerate(high)]
-    bottom = [f"{place * step:.1f},{middle - value * scale:.1f}" for place, value in enumerate(low)]
+    top = [f"{column * step:.1f},{middle - value * scale:.1f}" for column, value in enumerate(high)]
+    bottom = [f"{column * step:.1f},{middle - value * scale:.1f}" for column, value in enumerate(low)]
     points = " ".join([*top, *reversed(bottom)])
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" preserveAspectRatio="none">'

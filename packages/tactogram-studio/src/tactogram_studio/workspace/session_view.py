@@ -87,7 +87,7 @@ class SessionView:
 def view_of(store: SessionStore, *, now: datetime | None = None) -> SessionView:
     """Return the view of a session."""
     moment = now or datetime.now(UTC)
-    rows = tuple(_row(one, store.device(one["participant"]), moment) for one in store.progress())
+    rows = tuple(_row(person, store.device(person["participant"]), moment) for person in store.progress())
     latest = [row for row in store.latest(3 * LATEST) if row.design != "questions"]
     return SessionView(
         rows, tuple(store.notes()), tuple(latest[:LATEST]), store.ended, store.withdrawn, store.count

@@ -147,7 +147,7 @@ def _textures(
     shares = {name: share_of(int(g.numbers().sum()), len(g)) for name, g in groups.items()}
     equal: dict[str, float] = {}
     if margin is not None:
-        equal = {name: share_equivalence(one.count, one.n, margin=margin) for name, one in shares.items()}
+        equal = {name: share_equivalence(hits.count, hits.n, margin=margin) for name, hits in shares.items()}
     ps = _holm({name: share.p for name, share in shares.items()})
     equals = _holm(equal)
     pooled = {name: _pooled(g, name, margin, d_prime) for name, g in groups.items() if g.people > 1}

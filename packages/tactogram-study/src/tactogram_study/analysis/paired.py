@@ -36,7 +36,7 @@ def paired_findings(
     ``roles`` are those of the t-test and of Wilcoxon's; ``ps`` and ``equivalence_p`` replace their p and that of the
     test of equivalence after Holm's correction.
     """
-    found = summary(differences)
+    estimate = summary(differences)
     p, rank_p = ps or paired_ps(differences)
     equal = equivalence_p
     if equal is None and margin is not None:
@@ -48,9 +48,9 @@ def paired_findings(
         "margin": margin,
         "correction": "Holm" if ps else "none",
     }
-    mean = (found.mean, found.low, found.high, p)
-    size = {"dz": found.mean / found.sd} if found.sd > 0 else {}
-    statistic = found.mean / found.se if found.se > 0 else None
+    mean = (estimate.mean, estimate.low, estimate.high, p)
+    size = {"dz": estimate.mean / estimate.sd} if estimate.sd > 0 else {}
+    statistic = estimate.mean / estimate.se if estimate.se > 0 else None
     test, rank_test = "paired t by participant", "Wilcoxon signed ranks by participant, Hodges-Lehmann"
     middle = (*pseudomedian(differences), rank_p)
     note = "" if margin is None else "equivalence is by paired t"
@@ -67,12 +67,12 @@ def mean_finding(
 
     Of a single participant there is no interval, and ``more``, further values of the `Finding`, do not hold.
     """
-    found = summary(values)
-    if found.n == 1:
+    estimate = summary(values)
+    if estimate.n == 1:
         note = "one participant: no interval over people"
-        return Finding(of, test, role, measure, found.mean, n=n, participants=1, note=note)
-    interval = (found.mean, found.low, found.high)
-    return Finding(of, test, role, measure, *interval, n=n, participants=found.n, **more)
+        return Finding(of, test, role, measure, estimate.mean, n=n, participants=1, note=note)
+    interval = (estimate.mean, estimate.low, estimate.high)
+    return Finding(of, test, role, measure, *interval, n=n, participants=estimate.n, **more)
 
 
 def holm_paired(
@@ -103,10 +103,10 @@ def paired_ps(differences: Numbers) -> tuple[float, float]:
     """Return p of Student's t and of Wilcoxon's signed ranks of differences against 0."""
     if not differences.any():
         return 1.0, 1.0
-    found = summary(differences)
+    estimate = summary(differences)
     # Differences without spread: t is infinite, as it should be.
-    t = abs(found.mean) / found.se if found.se > 0 else np.inf
-    return float(2 * stats.t.sf(t, found.n - 1)), signed_rank_p(differences)
+    t = abs(estimate.mean) / estimate.se if estimate.se > 0 else np.inf
+    return float(2 * stats.t.sf(t, estimate.n - 1)), signed_rank_p(differences)
 
 
 def analyse_means(answers: Answers, *, title: str, margin: float | None = None) -> AnalysisSection:
@@ -118,16 +118,16 @@ def analyse_means(answers: Answers, *, title: str, margin: float | None = None) 
     kept, notes = numeric_answers(answers, title)
     rows: list[dict[str, Any]] = []
     for (stimulus, condition), means in kept.participant_means("stimulus", "condition").items():
-        found = summary(means)
-        single = found.n == 1
+        estimate = summary(means)
+        single = estimate.n == 1
         rows.append(
             {
                 "stimulus": stimulus,
                 "condition": condition,
-                "mean": found.mean,
-                "low": None if single else found.low,
-                "high": None if single else found.high,
-                "participants": found.n,
+                "mean": estimate.mean,
+                "low": None if single else estimate.low,
+                "high": None if single else estimate.high,
+                "participants": estimate.n,
             }
         )
     findings = _differences(kept, margin)
@@ -169,7 +169,7 @@ def item_contrasts(
     counts = {item: len(answers.where(stimulus=item)) for item in items}
     means = nan_mean(gaps, 2)
     whole = {item: means[~np.isnan(means[:, k]), k] for k, item in enumerate(items)}
-    found = holm_paired(
+    findings = holm_paired(
         {
             f"{item} {REST}, {WHOLE}": (people, counts[item])
             for item, people in whole.items()
@@ -179,14 +179,14 @@ def item_contrasts(
         margin,
     )
     if not per_word:
-        return found
+        return findings
     single = {
         f"{item} {REST}, {word}": (gaps[:, i, w][~np.isnan(gaps[:, i, w])], counts[item] // len(words))
         for i, item in enumerate(items)
         for w, word in enumerate(words)
     }
     kept = {of: gap for of, gap in single.items() if len(gap[0]) > 1}
-    return found + holm_paired(kept, measure, margin)
+    return findings + holm_paired(kept, measure, margin)
 
 
 def gaps_to_the_rest(answers: Answers) -> Numbers:

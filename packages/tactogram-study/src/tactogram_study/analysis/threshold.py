@@ -125,9 +125,9 @@ def _count_by_level(intensity: ArrayLike, correct: ArrayLike) -> tuple[Numbers, 
         raise ParameterError(
             f"intensity and correct must be finite, of one length, got {x.shape} and {y.shape}"
         )
-    levels, place = np.unique(x, return_inverse=True)
-    n = np.bincount(place).astype(np.float64)
-    k = np.bincount(place, y).astype(np.float64)
+    levels, level_index = np.unique(x, return_inverse=True)
+    n = np.bincount(level_index).astype(np.float64)
+    k = np.bincount(level_index, y).astype(np.float64)
     if len(levels) < 2 or k.sum() in (0, n.sum()):
         raise DataError(
             "a threshold needs two intensities and both right and wrong answers, "
@@ -147,13 +147,13 @@ def _log_posterior(
 ) -> Numbers:
     """Return the log posterior up to a constant, shape (lapse, slope, place)."""
     prior = -((np.log(slopes * np.diff(levels).min()) / SLOPE_SD) ** 2) / 2
-    found = []
+    posteriors = []
     for lapse in LAPSES:
         at_share = special.logit((share - guess) / (1 - guess - lapse))
         z = slopes[:, None, None] * (levels - places[:, None]) + at_share  # slope, place, level
         p = np.clip(guess + (1 - guess - lapse) * special.expit(z), 1e-12, 1 - 1e-12)
-        found.append(np.log(p) @ k + np.log1p(-p) @ (n - k) + prior[:, None])
-    return np.array(found)
+        posteriors.append(np.log(p) @ k + np.log1p(-p) @ (n - k) + prior[:, None])
+    return np.array(posteriors)
 
 
 def _mode(places: Numbers, weight: Numbers) -> float:

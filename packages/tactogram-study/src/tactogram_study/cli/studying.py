@@ -28,7 +28,7 @@ def _languages(languages: Mapping[str, Any]) -> str:
         import tomli_w
 
         return tomli_w.dumps(languages).rstrip()
-    rows = [(tag, one["name"], _missing(one["missing_texts"])) for tag, one in languages.items()]
+    rows = [(tag, facts["name"], _missing(facts["missing_texts"])) for tag, facts in languages.items()]
     return columns([("language", "", "missing texts"), *rows])
 
 
@@ -62,17 +62,17 @@ def _progress(facts: Mapping[str, Any]) -> str:
     rows = [("code", "status", "trials", "last answer", "")]
     rows += [
         (
-            one["participant"],
-            status_label(one["status"]),
-            f"{one['trials']} of {one['of']}",
-            one["last"] or "-",
-            "simulated" if one["simulated"] else "",
+            participant["participant"],
+            status_label(participant["status"]),
+            f"{participant['trials']} of {participant['of']}",
+            participant["last"] or "-",
+            "simulated" if participant["simulated"] else "",
         )
-        for one in facts["participants"]
+        for participant in facts["participants"]
     ]
     ended = f"; ended {facts['ended']}" if facts["ended"] else ""
     count = len(facts["participants"])
-    states = status_counts(one["status"] for one in facts["participants"])
+    states = status_counts(participant["status"] for participant in facts["participants"])
     who = f"{count} participant{'' if count == 1 else 's'}{f', {states}' if states else ''}"
     return f"{facts['study']}: {who}; {facts['answers']} answers{ended}\n{columns(rows)}"
 

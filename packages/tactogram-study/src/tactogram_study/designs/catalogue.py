@@ -85,13 +85,13 @@ def kind_of(design: type[Design]) -> str:
 
 
 def _classes(folders: tuple[Path, ...]) -> Iterator[type[Design]]:
-    for found in iter_modules([str(Path(__file__).parent)]):
-        yield from _module_designs(import_module(f"{PACKAGE}.{found.name}"))
+    for module in iter_modules([str(Path(__file__).parent)]):
+        yield from _module_designs(import_module(f"{PACKAGE}.{module.name}"))
     files = [path for folder in folders for path in module_files(folder, "study design")]
     places: list[str | Path] = [*entry_point_modules(ENTRY_POINTS), *files]
-    for place in places:
-        if not (held := list(_module_designs(import_plugin(place)))):
-            raise ParameterError(f"{place}: must hold a study design, got none")
+    for source in places:
+        if not (held := list(_module_designs(import_plugin(source)))):
+            raise ParameterError(f"{source}: must hold a study design, got none")
         yield from held
 
 

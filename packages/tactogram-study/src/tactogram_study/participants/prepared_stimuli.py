@@ -90,7 +90,7 @@ class PreparedStimuli(StudyStimuli):
         An error names the stimulus: it is not for participants.
         """
         played = self._played(page.slot(slot))
-        streams = (self._played(one).stream for one in (page.slot(slot), *page.presented))
+        streams = (self._played(presented).stream for presented in (page.slot(slot), *page.presented))
         shown = next((stream for stream in streams if stream is not None), None)
         if shown is None:
             raise ParameterError(f"page {page.token} has no stimulus to stream")
@@ -137,12 +137,12 @@ class PreparedStimuli(StudyStimuli):
             lock = self._locks[key]
         with lock:
             try:
-                made = make()
+                content = make()
             except TactogramError as error:
                 self.failures[name] = str(error)
                 raise
         self.failures.pop(name, None)
-        return made
+        return content
 
     def _silence(self, page: Page) -> Signal:
         for presented in page.presented:

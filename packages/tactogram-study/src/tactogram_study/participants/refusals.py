@@ -144,5 +144,5 @@ def _refused(status: int, sentence: str, headers: dict[str, str] | None = None) 
 
 def _sentence(error: RequestValidationError) -> str:
     first = error.errors()[0]
-    place = ".".join(str(part)[:40] for part in first["loc"] if part != "body")
-    return f"{place or 'body'}: {first['msg']}"
+    field = ".".join(str(part)[:40] for part in first["loc"] if part != "body")
+    return f"{field or 'body'}: {first['msg']}"

@@ -92,11 +92,11 @@ class OpenSession:
     def code_of(self, ticket: str, *, cached: bool = False) -> str | None:
         """Return the code that a ticket belongs to, or None; with ``cached``, without reading the session's file."""
         # A keyed hash as the key: the time of a look-up reveals nothing about the tickets that exist.
-        wanted = self._hashed(ticket)
-        if not cached and wanted not in self._codes:
+        hashed = self._hashed(ticket)
+        if not cached and hashed not in self._codes:
             codes = [participant.code for participant in self.store.participants()]
             self._codes = {self._hashed(self.keys.ticket(code)): code for code in codes}
-        return self._codes.get(wanted)
+        return self._codes.get(hashed)
 
     def join(self, attempt: str, language: Language, device: Mapping[str, Any]) -> Participant:
         """Return a new participant, or the one that the same ``attempt`` made; an empty one makes a new one."""
@@ -229,7 +229,7 @@ class SessionRegistry:
 
     def _close_preview(self, folder: Path) -> None:
         session = self._open[folder]
-        self._open = {place: one for place, one in self._open.items() if place != folder}
+        self._open = {path: opened for path, opened in self._open.items() if path != folder}
         session.close()
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -56,8 +56,8 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
     )
     async def sound(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
         """Return the sound of a slot of the current page, and log it as played."""
-        made = await anyio.to_thread.run_sync(sound_of, ticket, token, slot)
-        session, code, wav, played = made
+        result = await anyio.to_thread.run_sync(sound_of, ticket, token, slot)
+        session, code, wav, played = result
         await anyio.to_thread.run_sync(
             log_slot_played, session, code, token, slot, played, limiter=session.writing
         )

@@ -168,16 +168,16 @@ def _write(folder: Path, store: SessionStore, answers: Answers) -> None:
     task = re.sub("[^A-Za-z0-9]", "", study.name)
     for code, group in answers.by("participant").items():
         session = group.rows[0].session
-        place = folder / f"sub-{code}" / f"ses-{session}" / "beh"
-        place.mkdir(parents=True)
+        beh_folder = folder / f"sub-{code}" / f"ses-{session}" / "beh"
+        beh_folder.mkdir(parents=True)
         stem = f"sub-{code}_ses-{session}_task-{task}"
         headings, table = cells(group)
         kept = [i for i, name in enumerate(headings) if name not in ("study", "participant", "session")]
         names = [headings[i] for i in kept]
         rows = [[row[i] for i in kept] for row in table]
-        _table(place / f"{stem}_beh", names, rows, _sidecar(study, names, rows))
+        _table(beh_folder / f"{stem}_beh", names, rows, _sidecar(study, names, rows))
         if played := store.played_log(code):
-            _events(place / f"{stem}_events", played)
+            _events(beh_folder / f"{stem}_events", played)
     if store.notes():
         _notes(folder / "sourcedata", store)
 

@@ -179,7 +179,7 @@ class SessionStore(SessionPeople):
         Code, number, status, trials done and in all, practice trials begun, and the time of the last answer.
         """
         with self._reading() as rows:
-            return [self._progress(rows, self._state(rows, one)) for one in stored_participants(rows)]
+            return [self._progress(rows, self._state(rows, person)) for person in stored_participants(rows)]
 
     def answers(self) -> Answers:
         """Return every answer, by participant and in the order given."""
@@ -263,7 +263,7 @@ def _insert(
     )
     rows.executemany(
         "INSERT INTO answers (participant, position, place, row) VALUES (?,?,?,?)",
-        [(number, position, place, json.dumps(vars(answer))) for place, answer in enumerate(answers)],
+        [(number, position, index, json.dumps(vars(answer))) for index, answer in enumerate(answers)],
     )
 
 

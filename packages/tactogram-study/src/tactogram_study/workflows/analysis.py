@@ -142,7 +142,7 @@ def analyse_study(
         with atomic_write(folder / name) as part:
             part.write_bytes(picture)
     data = StudyData.of(Path(source), answers, study)
-    named = replace(analysis, sections=tuple(named_section(one, names) for one in analysis.sections))
+    named = replace(analysis, sections=tuple(named_section(section, names) for section in analysis.sections))
     write_study_report(folder / REPORT_FILE, named, data, drawn, practice=practice)
     return result | {"out": str(out), "text": analysis.text()}
 
@@ -165,9 +165,9 @@ def _report_language(study: Study, language: str) -> str:
 
 
 def _png(figure: Figure) -> bytes:
-    made = io.BytesIO()
-    figure.savefig(made, format="png", dpi=130)
-    return made.getvalue()
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=130)
+    return buffer.getvalue()
 
 
 def practice_of(answers: Answers) -> Answers:
@@ -186,15 +186,15 @@ def _figures(
 
     drawable, font = {}, DEFAULT_FONT
     for offered in (names, {} if study is None else study.names_in("en")):
-        if (found := font_with(offered.values())) is not None:
-            drawable, font = dict(offered), found
+        if (candidate := font_with(offered.values())) is not None:
+            drawable, font = dict(offered), candidate
             break
     drawn = []
     for section in analysis.sections:
         own = named_answers(answers.where(design=section.design), drawable)
         drawn.append(find_design(section.design).figures(named_section(section, drawable), own))
     if font != DEFAULT_FONT:
-        for figure in (one for figures in drawn for one in figures.values()):
+        for figure in (drawing for figures in drawn for drawing in figures.values()):
             letter(figure, font)
     return drawn
 
@@ -211,8 +211,8 @@ def targets_of(path: Path, *, scale: Scale = SEVEN_POINT) -> Targets:
     if path.is_dir() or {"participant", "question"} <= set(read_cells(path).headings):
         return _mean_answers(path)
     ratings = read_table(path, scale=scale).ratings
-    for place in np.argwhere(np.isnan(ratings.means)):
-        item, word = ratings.items[place[0]], ratings.words[place[1]]
+    for indices in np.argwhere(np.isnan(ratings.means)):
+        item, word = ratings.items[indices[0]], ratings.words[indices[1]]
         raise DataError(path, f"item {item!r} must have a score for {word!r}, got none")
     return {
         item: dict(zip(ratings.words, map(float, row), strict=True))
@@ -275,10 +275,10 @@ def named_section(section: AnalysisSection, names: Mapping[str, str]) -> Analysi
     pattern = re.compile(rf"(?<![\w-])(?:{keys})(?![\w-])")
 
     def named(text: str) -> str:
-        return pattern.sub(lambda found: names[found.group()], text)
+        return pattern.sub(lambda match: names[match.group()], text)
 
-    def finding(one: Finding) -> Finding:
-        return replace(one, of=named(one.of), measure=named(one.measure))
+    def finding(original: Finding) -> Finding:
+        return replace(original, of=named(original.of), measure=named(original.measure))
 
     key_columns = {*NAMED_COLUMNS, *find_design(section.design).key_columns}
 
@@ -295,7 +295,7 @@ def named_section(section: AnalysisSection, names: Mapping[str, str]) -> Analysi
     return replace(
         section,
         title=named(section.title) if ":" in section.title else section.title,
-        findings=tuple(finding(one) for one in section.findings),
+        findings=tuple(finding(original) for original in section.findings),
         tables=tables,
     )
 

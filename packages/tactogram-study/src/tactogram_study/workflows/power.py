@@ -77,7 +77,7 @@ def study_power(
         name, options = next(iter(study.design.power)), power_options(study)
     if name not in tables:
         raise ParameterError.must("design", f"be one of {', '.join(tables)}, or a study", name)
-    given = {
+    overrides = {
         "participants": participants,
         "trials": trials,
         "effect": effect,
@@ -86,7 +86,7 @@ def study_power(
         "margin": margin,
         "items": items,
     }
-    options |= {key: value for key, value in given.items() if value is not None and value != ()}
+    options |= {key: value for key, value in overrides.items() if value is not None and value != ()}
     alpha = options.pop("alpha", ALPHA)
     assumed = replace(tables[name].power[name], **options)
     method = tables[name].power_method(assumed.kind)

@@ -109,11 +109,11 @@ class StudyStimuli:
         if stimulus.simulated_image:
             return simulated_image(stimulus.simulated_image, stimulus.seed)
         if stimulus.image_run:
-            made = self._generated(stimulus, stimulus.image_run)
-            if not isinstance(made, Image):
+            content = self._generated(stimulus, stimulus.image_run)
+            if not isinstance(content, Image):
                 problem = f"{stimulus.image_run} generates signals; give it as run"
                 raise ParameterError(stimulus_place(stimulus.name), problem)
-            return made
+            return content
         return read_image(self._file(stimulus.image)) if stimulus.image else None
 
     def is_simulated(self, stimulus: Stimulus) -> bool:
@@ -135,13 +135,15 @@ class StudyStimuli:
         It is in the metadata of a file. Stimuli of which nothing is, or that cannot be read, are left out.
         """
         load = cache(self._loaded)
-        for one in self.study.made_stimuli:
-            if one.name not in self._limited:
+        for stimulus in self.study.made_stimuli:
+            if stimulus.name not in self._limited:
                 with suppress(TactogramError):
-                    lines = [line for facts in self._file_facts(one) for line in facts.get("limited", ())]
-                    for name in filter(None, (one.run, one.image_run)):
-                        lines += self._limits(one, load(name))
-                    self._limited[one.name] = lines
+                    lines = [
+                        line for facts in self._file_facts(stimulus) for line in facts.get("limited", ())
+                    ]
+                    for name in filter(None, (stimulus.run, stimulus.image_run)):
+                        lines += self._limits(stimulus, load(name))
+                    self._limited[stimulus.name] = lines
         return {name: lines for name, lines in self._limited.items() if lines}
 
     def display(self, stimulus: Stimulus | None) -> Display:
@@ -238,8 +240,8 @@ class StudyStimuli:
                 if texture is None:
                     texture = texture_of_signal(stimulus.name, signal, settings, stimulus.speed_mm_s)
                 self._streams[key] = stimulus_stream(texture, display, level, settings.most)
-        made = self._streams[key].stronger(gain_db - fitted_db)
-        return SlotPlayback(None, made.sha256, text, display.name, gain_db, made)
+        stream = self._streams[key].stronger(gain_db - fitted_db)
+        return SlotPlayback(None, stream.sha256, text, display.name, gain_db, stream)
 
     def _texture_of_run(self, stimulus: Stimulus, settings: TextureSettings) -> StreamingTexture | None:
         """Return a texture over speed and force; None if there is only a signal to lay out."""
@@ -251,10 +253,10 @@ class StudyStimuli:
 
     def _make_signal(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:
-            made = self._generated(stimulus, stimulus.run)
-            if not isinstance(made, Signal):
+            content = self._generated(stimulus, stimulus.run)
+            if not isinstance(content, Signal):
                 raise ParameterError(f"{stimulus.run} generates images; give it as image_run")
-            return made
+            return content
         if stimulus.simulated:
             length = None if stimulus.autoregressive else stimulus.seconds
             signal = simulated_signal(
@@ -274,10 +276,10 @@ class StudyStimuli:
         from tactogram.workflows import generate
 
         loaded = self._loaded(run)
-        [made] = generate(
+        [content] = generate(
             loaded, self._condition(stimulus, loaded), seconds=stimulus.seconds, seed=stimulus.seed
         )
-        return made
+        return content
 
     def _condition(self, stimulus: Stimulus, run: LoadedRun) -> dict[str, Any]:
         condition: dict[str, Any] = {str(name): value for name, value in stimulus.given.items()}

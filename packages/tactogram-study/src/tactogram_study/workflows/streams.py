@@ -111,12 +111,12 @@ class PageMotion:
 
     def poll(self, now_s: float) -> list[MotionSample]:
         """Return the positions that arrived since the last call."""
-        found = []
+        samples = []
         while self._waiting:
             arrival, (ms, x, y, touching) = self._waiting.popleft()
             force = FORCE_N if touching else 0.0
-            found.append(MotionSample(ms / 1e3, arrival - self._clock.began, x, y, math.nan, force))
-        return found
+            samples.append(MotionSample(ms / 1e3, arrival - self._clock.began, x, y, math.nan, force))
+        return samples
 
     def close(self) -> None:
         """Forget the positions that wait."""

@@ -47,9 +47,9 @@ def _first_trial(study: Study) -> Iterator[Page]:
 
 
 def _page_seconds(page: Page) -> float:
-    stimuli = [one.stimulus.seconds if one.stimulus else None for one in page.presented]
-    felt = sum(CHANGE_S + (seconds or STIMULUS_S) for seconds in stimuli)
-    return CHANGE_S + felt + _answer_seconds([question.question for question in page.questions])
+    stimuli = [presented.stimulus.seconds if presented.stimulus else None for presented in page.presented]
+    touching_s = sum(CHANGE_S + (seconds or STIMULUS_S) for seconds in stimuli)
+    return CHANGE_S + touching_s + _answer_seconds([question.question for question in page.questions])
 
 
 def _answer_seconds(questions: Sequence[Question]) -> float:
@@ -145,16 +145,16 @@ def check_study(
 
 def check_loaded(study: Study, folder: Path, *, stimuli: bool = False) -> dict[str, Any]:
     """Check a study whose paths are relative to ``folder``, as `check_study` does its file."""
-    for place in ("title", "consent"):
-        if not getattr(study, place):
-            raise ParameterError.must(place, "have a text, got none")
+    for field in ("title", "consent"):
+        if not getattr(study, field):
+            raise ParameterError.must(field, "have a text, got none")
     from tactogram_study.workflows.stimuli import StudyStimuli
 
-    made = StudyStimuli(study, folder)
-    made.check()
-    facts = _facts(made) | {"sha256": study.sha256, "rendered": None, "limited": {}}
+    study_stimuli = StudyStimuli(study, folder)
+    study_stimuli.check()
+    facts = _facts(study_stimuli) | {"sha256": study.sha256, "rendered": None, "limited": {}}
     if stimuli:
-        facts |= {"rendered": _render_all(made), "limited": made.limited()}
+        facts |= {"rendered": _render_all(study_stimuli), "limited": study_stimuli.limited()}
     return facts
 
 
@@ -163,8 +163,8 @@ def study_folder(study: Path | str) -> Path:
     return shipped_studies().get(str(study), Path(study)).parent
 
 
-def _facts(made: StudyStimuli) -> dict[str, Any]:
-    study = made.study
+def _facts(stimuli: StudyStimuli) -> dict[str, Any]:
+    study = stimuli.study
     return {
         "name": study.name,
         "title": study.title.in_english(),
@@ -173,7 +173,7 @@ def _facts(made: StudyStimuli) -> dict[str, Any]:
         "minutes": round(planned_minutes(study), 1),
         "stimuli": len(study.all_stimuli),
         "conditions": list(dict.fromkeys(stimulus.condition for stimulus in study.all_stimuli)),
-        "simulated_stimuli": sum(map(made.is_simulated, study.all_stimuli)),
+        "simulated_stimuli": sum(map(stimuli.is_simulated, study.all_stimuli)),
         "practice": study.practice.trials if study.practice else 0,
         "margins": study.planned.values,
         "alpha": study.planned.alpha,
@@ -181,7 +181,7 @@ def _facts(made: StudyStimuli) -> dict[str, Any]:
         "order": study.order,
         "seed": study.seed,
         "languages": list(study.languages),
-        "missing_texts": {one: list(keys) for one in study.languages if (keys := missing_texts(one))},
+        "missing_texts": {tag: list(keys) for tag in study.languages if (keys := missing_texts(tag))},
         "display": study.display,
         "played_by": study.played_by,
         "level": study.level,
@@ -189,11 +189,11 @@ def _facts(made: StudyStimuli) -> dict[str, Any]:
     }
 
 
-def _render_all(made: StudyStimuli) -> dict[str, str]:
+def _render_all(stimuli: StudyStimuli) -> dict[str, str]:
     """Make and render every stimulus, and return the hashes by name."""
     hashes = {}
-    for stimulus in made.study.made_stimuli:
-        made.image(stimulus)
+    for stimulus in stimuli.study.made_stimuli:
+        stimuli.image(stimulus)
         if stimulus.is_played:
-            hashes[stimulus.name] = made.played(PresentedStimulus("", stimulus)).sha256
+            hashes[stimulus.name] = stimuli.played(PresentedStimulus("", stimulus)).sha256
     return hashes

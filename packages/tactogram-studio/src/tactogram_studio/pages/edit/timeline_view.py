@@ -91,9 +91,9 @@ class Timeline:
         line, index = item
         track = tracks[self.editor.track]
         if line in ("transients", TONE):
-            one = track.transients[index]
-            name, values = "Transient", {"transients": one.amplitude, TONE: one.frequency}
-            time = one.time
+            transient = track.transients[index]
+            name, values = "Transient", {"transients": transient.amplitude, TONE: transient.frequency}
+            time = transient.time
         else:
             point = getattr(track, line)[index]
             name, values, time = f"{line.capitalize()} point", {line: point.value}, point.time
@@ -104,9 +104,9 @@ class Timeline:
 
         with ui.element("div").classes("edit-tools").props(f'role="group" aria-label="{name} {index + 1}"'):
             ui.label(f"{name} {index + 1}").classes("small")
-            at = ui.number("Time, s", value=time, min=0, step=0.01).props("dense")
+            time_field = ui.number("Time, s", value=time, min=0, step=0.01).props("dense")
             first = next(iter(values))
-            at.on("change", lambda: move(first, at.value, values[first]))
+            time_field.on("change", lambda: move(first, time_field.value, values[first]))
             for own, value in values.items():
                 field = ui.number(LABELS[own], value=round(value, 4), min=0).props("dense")
                 field.on("change", lambda own=own, field=field: move(own, time, field.value))

@@ -140,12 +140,12 @@ class LivePage:
         request = (runner.number, runner.running)
         control = self.controls_sensor if runner.running else None
         status = runner.console.status
-        place = None if status is None else status.place
+        stage = None if status is None else status.place
         return {
             "_unfinished": request,
             "_controls": (*request, control, runner.error, runner.result is None),
             "_session": request,
-            "_question": (*request, control, None if question is None else question.number, place),
+            "_question": (*request, control, None if question is None else question.number, stage),
             "_lines": (*request, *runner.console.lines),
             "_classification": request,
         }
@@ -229,10 +229,10 @@ class LivePage:
         console = self.runner.console
         status, question = console.status, console.question
         with ui.element("div").props('aria-live="assertive"'):
-            place = status.place if status else "Opening"
-            ui.label(place).classes("prompt")
-            if question is not None and question.text != place:
-                ui.label(question.text.removeprefix(f"{place}: "))
+            stage = status.place if status else "Opening"
+            ui.label(stage).classes("prompt")
+            if question is not None and question.text != stage:
+                ui.label(question.text.removeprefix(f"{stage}: "))
         if question is None:
             ui.html(PHASE, sanitize=False)
             return

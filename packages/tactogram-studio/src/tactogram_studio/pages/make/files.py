@@ -60,9 +60,9 @@ def _draw_chosen(state: MakePageState) -> None:
         if right - left >= 0.02 and bottom - top >= 0.02:
             state.change(crop=(left, top, right, bottom))
 
-    place = ui.element("div").classes("crop").props("data-crop")
-    place.on("make-crop", dragged, js_handler="(event) => emit(event.detail)")
-    with place:
+    frame = ui.element("div").classes("crop").props("data-crop")
+    frame.on("make-crop", dragged, js_handler="(event) => emit(event.detail)")
+    with frame:
         ui.element("img").props(
             f'src="/make/photo/{Path(request.values["image"]).name}" draggable="false" '
             'alt="Selected photograph; drag over it to crop"'

@@ -104,10 +104,10 @@ def _draw_settings(
     others = {*form.drawn, *replaced, "motion", *(name for name, *_ in parts)}
     optional = []
     with ui.element("div").classes("numbers"):
-        for name, one in condition_types().items():
+        for name, condition in condition_types().items():
             if form.has(name) and name not in others and not name.startswith(OF_A_RECORDING):
                 _draw_condition(state, name)
-                optional += [one.options[0].name.replace("_", " ")] if name not in form.needs else []
+                optional += [condition.options[0].name.replace("_", " ")] if name not in form.needs else []
         if form.over == "time":
             _draw_number(state, "seconds", "Length, s")
             optional.append("length")
@@ -165,8 +165,8 @@ def draw_text(state: MakePageState) -> None:
     """Draw the field of a description in English."""
 
     async def describe(text: str) -> None:
-        found = await kit.in_background(state.runs.described, state.request, text) if text.strip() else None
-        state.change(**({"values": found.values} if found else {"text": ""}))
+        request = await kit.in_background(state.runs.described, state.request, text) if text.strip() else None
+        state.change(**({"values": request.values} if request else {"text": ""}))
 
     text = ui.input("Describe it in English, and press Enter", value=state.request.values.get("text", ""))
     text.classes("w-full").props(

@@ -194,9 +194,9 @@ def _draw_class(state: MakePageState, result: KeptResult) -> None:
             classifier = runs.classifier_for(runs.get(str(result.facts.get("run", ""))))
             if classifier is None:
                 return
-            found = await kit.in_background(lambda: runs.classify(classifier, result.signal()))
-            closest = f"{found['material']}, {found['probability']:.0%}"
-            verdict = f"none of these (closest: {closest})" if found["none_of_these"] else closest
+            prediction = await kit.in_background(lambda: runs.classify(classifier, result.signal()))
+            closest = f"{prediction['material']}, {prediction['probability']:.0%}"
+            verdict = f"none of these (closest: {closest})" if prediction["none_of_these"] else closest
             text = f"Classified as {verdict} by {classifier.name}"
         except TactogramError as error:
             text = f"Not classified: {error}"

@@ -37,11 +37,11 @@ def add(workspace: Workspace) -> None:
 
     @kit.route("/materials/drop")
     async def show(request: Request, file: str = "", set: str = "") -> None:
-        given = {name: request.query_params.get(name, "") for name in FIELDS}
+        fields = {name: request.query_params.get(name, "") for name in FIELDS}
         ui.add_head_html(HEAD)
         with kit.page("Materials"):
             ui.link("All stores", "/materials").classes("small")
-            uploaded = _UploadedFile(workspace, file, set, given)
+            uploaded = _UploadedFile(workspace, file, set, fields)
             uploaded.draw_upload()
             if file:
                 with uploaded.analysis:
@@ -51,9 +51,9 @@ def add(workspace: Workspace) -> None:
 class _UploadedFile:
     """An uploaded file, stored in the workspace until it is removed; its settings are part of the page's address."""
 
-    def __init__(self, workspace: Workspace, file: str, set_name: str, given: Mapping[str, str]) -> None:
+    def __init__(self, workspace: Workspace, file: str, set_name: str, fields: Mapping[str, str]) -> None:
         self.workspace, self.file = workspace, file
-        self.query = {"file": file, "set": set_name, **given}
+        self.query = {"file": file, "set": set_name, **fields}
         self.folder = workspace.studio_folder / "dropped"
         self.sets = [workspace.name_of(path) for path in workspace.stores()]
         self.chosen_set = set_name if set_name in self.sets else ""
@@ -69,7 +69,7 @@ class _UploadedFile:
     @property
     def reading(self) -> dict[str, Any]:
         """Arguments of `read_file` that the file itself may lack."""
-        known = {one.name: one for one in reading_parameters()}
+        known = {parameter.name: parameter for parameter in reading_parameters()}
         return {
             name: kit.value_of(known[name], text) for name in FIELDS if (text := self.query[name].strip())
         }

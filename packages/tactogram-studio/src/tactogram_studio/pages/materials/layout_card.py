@@ -88,38 +88,38 @@ class LayoutCard:
 
     def _draw_columns(self) -> None:
         with ui.element("div").classes("columns").props('role="group" aria-label="Columns"'):
-            for place, name in enumerate(self.choices.headings):
+            for column, name in enumerate(self.choices.headings):
                 ui.label(name).style("overflow-wrap: anywhere")
-                role = ui.select(self._roles_of(place), value=self.choices.roles[place])
+                role = ui.select(self._roles_of(column), value=self.choices.roles[column])
                 role.props(f'dense options-dense aria-label="{kit.attribute(name)}: read as"')
-                unit = ui.select(self._units_of(place), value=self.choices.units[place])
+                unit = ui.select(self._units_of(column), value=self.choices.units[column])
                 unit.props(f'dense options-dense aria-label="{kit.attribute(name)}: unit"')
-                role.on_value_change(partial(self._set_role, place))
-                unit.on_value_change(partial(self._set_unit, place))
+                role.on_value_change(partial(self._set_role, column))
+                unit.on_value_change(partial(self._set_unit, column))
                 self._lists.append((role, unit))
         rate = kit.NumberField("Rate, Hz", value=self.choices.rate, placeholder="as the files say")
         rate.props("dense debounce=700").classes("w-44").on_value_change(self._set_rate)
         self._show_choices()
 
-    def _roles_of(self, place: int) -> dict[str, str]:
+    def _roles_of(self, column: int) -> dict[str, str]:
         roles = dict.fromkeys([*ROLES, *self.choices.roles])
-        wanted = [role for role in roles if role not in (RATE, UNCLEAR) or self.choices.roles[place] == role]
-        return {role: ROLE_NAMES.get(role, role) for role in wanted}
+        shown = [role for role in roles if role not in (RATE, UNCLEAR) or self.choices.roles[column] == role]
+        return {role: ROLE_NAMES.get(role, role) for role in shown}
 
-    def _units_of(self, place: int) -> dict[str, str]:
-        timed, stated = self.choices.roles[place] == TIME, self.choices.stated_unit(place)
+    def _units_of(self, column: int) -> dict[str, str]:
+        timed, stated = self.choices.roles[column] == TIME, self.choices.stated_unit(column)
         usual = TIME_UNITS if timed else UNITS
         none = "as stated, or s" if timed else "no unit stated"
-        units = dict.fromkeys([*([] if stated else [""]), *usual, stated, self.choices.units[place]])
+        units = dict.fromkeys([*([] if stated else [""]), *usual, stated, self.choices.units[column]])
         return {unit: unit or none for unit in units if unit or not stated}
 
-    async def _set_role(self, place: int, event: Any) -> None:
-        if event.value != self.choices.roles[place]:
-            await self._change(self.choices.with_role(place, event.value))
+    async def _set_role(self, column: int, event: Any) -> None:
+        if event.value != self.choices.roles[column]:
+            await self._change(self.choices.with_role(column, event.value))
 
-    async def _set_unit(self, place: int, event: Any) -> None:
-        if event.value != self.choices.units[place]:
-            await self._change(self.choices.with_unit(place, event.value))
+    async def _set_unit(self, column: int, event: Any) -> None:
+        if event.value != self.choices.units[column]:
+            await self._change(self.choices.with_unit(column, event.value))
 
     async def _set_rate(self, event: Any) -> None:
         value = None if event.value is None else float(event.value)
@@ -143,10 +143,10 @@ class LayoutCard:
 
     def _show_choices(self) -> None:
         """Show roles and units as they are now: a unit may follow from another."""
-        for place, (role, unit) in enumerate(self._lists):
-            role.set_options(self._roles_of(place), value=self.choices.roles[place])
-            unit.set_options(self._units_of(place), value=self.choices.units[place])
-            unit.set_enabled(self.choices.roles[place] not in (IGNORED, UNCLEAR, RATE, *LABELS))
+        for column, (role, unit) in enumerate(self._lists):
+            role.set_options(self._roles_of(column), value=self.choices.roles[column])
+            unit.set_options(self._units_of(column), value=self.choices.units[column])
+            unit.set_enabled(self.choices.roles[column] not in (IGNORED, UNCLEAR, RATE, *LABELS))
 
 
 def _draw_signal(title: str, signal: Signal) -> None:

@@ -133,25 +133,25 @@ def draw_similar(
             ui.link("Train a classifier to predict the material", "/train?model=stroke_statistics").classes(
                 "small"
             )
-        place = kit.column(gap=1).props('aria-live="polite"')
+        results = kit.column(gap=1).props('aria-live="polite"')
 
         async def show() -> None:
             run = app.storage.user["near"] = measure.value
-            place.clear()
+            results.clear()
             try:
                 if run != SPECTRAL:
                     with kit.busy("Classifying the recording"):
                         prediction = await kit.call_workflow("classify", workspace.inside(run), signal)
-                    with place:
+                    with results:
                         _draw_prediction(prediction)
                 with kit.busy("Searching for similar recordings; the first search reads the whole store"):
                     similar = await kit.in_background(
                         _search, workspace, run, signal, set_name, stream, tuple(without)
                     )
-                with place:
+                with results:
                     _draw_recordings(workspace, similar, set_name)
             except TactogramError as error:
-                with place:
+                with results:
                     kit.alert(str(error))
 
         measure.on_value_change(show)

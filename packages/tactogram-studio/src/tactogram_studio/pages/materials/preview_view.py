@@ -156,9 +156,9 @@ class PreviewView:
             for note in facts["notes"]:
                 kit.hint(self._short(in_one_line(note)))
             for stream, rates in facts["several_rates_hz"].items():
-                found = ", ".join(f"{rate:.7g}" for rate in rates)
+                rates_text = ", ".join(f"{rate:.7g}" for rate in rates)
                 kit.hint(
-                    f"{stream}: {found} Hz; a training needs one rate: enter it for each layout, or there."
+                    f"{stream}: {rates_text} Hz; a training needs one rate: enter it for each layout, or there."
                 )
 
     def _show_skipped(self) -> None:

@@ -96,7 +96,7 @@ class DisplayCards(RequestCards):
     def _people(self) -> None:
         if self.state["calibration"]:
             path = self.service.workspace.inside(self.state["calibration"])
-            self.fields.choice("person", [one.person for one in read_calibrations(path)], "Person")
+            self.fields.choice("person", [entry.person for entry in read_calibrations(path)], "Person")
         else:
             self.state["person"] = ""
 

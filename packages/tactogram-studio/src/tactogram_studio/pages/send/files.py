@@ -85,15 +85,15 @@ class FileCards(RequestCards):
             _loss_table(files)
             title = ui.label("Strength over time, in the signal's unit: the signal and each file")
             title.classes("font-bold mt-2")
-            place = ui.column().classes("w-full")
-            with place:
+            container = ui.column().classes("w-full")
+            with container:
                 ui.spinner()
             kit.command_lines(result.facts["commands"])
 
         async def draw_curves() -> None:
             curves = await kit.in_background(self._curves, result)
-            place.clear()
-            with place:
+            container.clear()
+            with container:
                 chart = ui.echart(kit.line_chart(curves, x="s", bold="signal")).classes("w-full h-80")
                 chart.props(
                     'role="img" aria-label="Strength over time; the table holds the losses as numbers"'

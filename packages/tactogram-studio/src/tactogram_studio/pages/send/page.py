@@ -80,8 +80,8 @@ class SendPage:
         with ui.tabs().classes("w-full") as tabs:
             display_tab = ui.tab("display", label="To a display")
             file_tab = ui.tab("file", label="To a haptic file")
-        at = file_tab if self.state["tab"] == "file" else display_tab
-        panels = ui.tab_panels(tabs, value=at, on_change=lambda event: self.state.update(tab=event.value))
+        shown = file_tab if self.state["tab"] == "file" else display_tab
+        panels = ui.tab_panels(tabs, value=shown, on_change=lambda event: self.state.update(tab=event.value))
         with panels.classes("w-full bg-transparent").props("keep-alive"):
             with ui.tab_panel(display_tab).classes("p-0"):
                 self.display = DisplayCards(service, speaker, self.state, self._required)

@@ -158,8 +158,8 @@ def _session_entry(workspace: Workspace, folder: Path) -> SessionEntry:
     try:
         with SessionStore(folder) as store:
             progress = store.progress()
-            simulated = any(one["simulated"] for one in progress)
-            counts = status_counts(one["status"] for one in progress)
+            simulated = any(participant["simulated"] for participant in progress)
+            counts = status_counts(participant["status"] for participant in progress)
             people = participant_count(len(progress), simulated=simulated)
             title = store.study.title.in_english()
             line = ", ".join(filter(None, (people, counts, "ended" if store.ended else "")))
@@ -174,11 +174,11 @@ def begin_dialog(studio: Studio, source: Path | str, *, title: str, name: str) -
     """Ask for the session's folder, begin a session of a study file or shipped study, and open its page."""
 
     async def begin() -> None:
-        place = new_session_folder(studio.workspace, folder.value or "")
+        session_folder = new_session_folder(studio.workspace, folder.value or "")
         values = pairs_of(changes.value, "Changes")
         with kit.busy("beginning the session"):
-            await kit.in_background(studio.sessions.begin, source, place, changes=values)
-        ui.navigate.to(address_of(place.as_posix()))
+            await kit.in_background(studio.sessions.begin, source, session_folder, changes=values)
+        ui.navigate.to(address_of(session_folder.as_posix()))
 
     with kit.form_dialog(f"Begin a session: {title}", "Begin", begin, label="Begin a session"):
         folder = ui.input("Name of the session's folder", value=free_session_name(studio.workspace, name))

@@ -87,9 +87,9 @@ class ExperimenterPage:
                 self._notes()
         self._results()
         await self.update()
-        made, stimuli = self.session.study.made_stimuli, self.session.stimuli
+        made_stimuli, stimuli = self.session.study.made_stimuli, self.session.stimuli
         self.simulated_stimuli.set_visibility(
-            await kit.in_background(lambda: any(map(stimuli.is_simulated, made)))
+            await kit.in_background(lambda: any(map(stimuli.is_simulated, made_stimuli)))
         )
         limited = await kit.in_background(stimuli.limited)
         with self.card:
@@ -184,11 +184,11 @@ class ExperimenterPage:
         """Add and delete rows, and leave the others in place: a hand may be on one."""
         for code in self.rows.keys() - {row.code for row in view.rows}:
             self.rows.pop(code).row.delete()
-        for place, row in enumerate(view.rows):
+        for index, row in enumerate(view.rows):
             if row.code not in self.rows:
                 with self.body:
                     self.rows[row.code] = _RowView(row, self)
-                self.rows[row.code].row.move(target_index=place)
+                self.rows[row.code].row.move(target_index=index)
             self.rows[row.code].update(row)
         self.nobody.set_visibility(not view.rows)
 
@@ -251,8 +251,8 @@ class ExperimenterPage:
         effect = pairs_of(self.effect.value, "True effect")
         count = int(self.count.value or 0)
         with kit.busy("simulating participants", button=button):
-            made = await kit.in_background(simulate_session, self.folder, participants=count, effect=effect)
-        name = self.studio.workspace.name_of(Path(made["folder"]))
+            result = await kit.in_background(simulate_session, self.folder, participants=count, effect=effect)
+        name = self.studio.workspace.name_of(Path(result["folder"]))
         with self.report:
             ui.link(f"{count} simulated participants finished: open their session", address_of(name))
 

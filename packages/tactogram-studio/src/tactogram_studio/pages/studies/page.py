@@ -153,7 +153,7 @@ class StudiesPage:
             kit.hint(
                 "Lower-case letters, digits and _; it is the file's name, and part of every row of answers."
             )
-            offered = {one: own_name(one) for one in study.facts["languages"]}
+            offered = {language: own_name(language) for language in study.facts["languages"]}
             first = "en" if "en" in offered else next(iter(offered))
             languages = ui.select(offered, label="Languages", multiple=True, value=[first])
             languages.classes("w-full").props("use-chips")

@@ -81,9 +81,9 @@ def training_arguments(values: Mapping[str, Any]) -> list[str]:
         "where": [f"{key}={value}" for key, value in chosen["where"].items()],
         "changes": values.get("set"),
     }
-    given = {name: value for name, value in chosen.items() if value not in ("recording", "material")}
+    options = {name: value for name, value in chosen.items() if value not in ("recording", "material")}
     return arguments(
-        "train", values["model"], data=values["data"], **given, out=output_name("runs", values["name"])
+        "train", values["model"], data=values["data"], **options, out=output_name("runs", values["name"])
     )
 
 
@@ -105,14 +105,14 @@ def _described(model: ModelInfo) -> str:
     inputs += [
         f"{options[name]} (optional)" for name in model.takes if name in options and "vibration_" not in name
     ]
-    given = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
+    source = f" from {_listed(inputs)}" if inputs and model.task == "generation" else ""
     data = {
         "recordings": "recordings of materials" + (" with photographs" if "image" in model.needs else ""),
         "ratings": "people's ratings of signals or images",
         "images": "rated images",
         "both": "rated surfaces and rated signals",
     }[model.learns_from]
-    return f"{task}{given}; learns from {data}"
+    return f"{task}{source}; learns from {data}"
 
 
 def _listed(names: list[str]) -> str:
@@ -221,7 +221,7 @@ class _TrainingForm:
         self.dialog.open()
 
     def _draw_setting(self, field: RecipeField) -> None:
-        given = text_of(field.value) if field.widget == "text" else field.value
+        default = text_of(field.value) if field.widget == "text" else field.value
 
         def change(entry: Any) -> None:
             self.values["changes"] = {**self.values["changes"], field.key: entry}
@@ -229,7 +229,7 @@ class _TrainingForm:
 
         with kit.column(gap=0):
             label = field.key.removeprefix("config.")
-            kit.declared_field(field, label, self.values["changes"].get(field.key, given), change)
+            kit.declared_field(field, label, self.values["changes"].get(field.key, default), change)
             text = field.text.replace("``", "")
             if field.published != field.value:
                 origin = "Published" if field.key.startswith("config.") else "Default"

@@ -126,8 +126,8 @@ def evoked_figure(section: AnalysisSection) -> Figure:
     table = np.full((len(words), len(images)), np.nan)
     sure = np.zeros(table.shape, bool)
     for row in rows:
-        place = words.index(row["word"]), images.index(row["image"])
-        table[place], sure[place] = row["share"], row["verdict"] == SHOWN
+        cell = words.index(row["word"]), images.index(row["image"])
+        table[cell], sure[cell] = row["share"], row["verdict"] == SHOWN
     figure = Figure(
         figsize=(min(15.0, 3.2 + 0.13 * max(len(images), 24)), 1.7 + 0.3 * len(words)), layout="constrained"
     )

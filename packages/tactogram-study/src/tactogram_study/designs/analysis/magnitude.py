@@ -87,16 +87,16 @@ def _stimuli(above: Answers, logs: Any) -> list[dict[str, Any]]:
         intensities.setdefault((row.stimulus, row.condition), intensity_of(row))
     rows = []
     for (stimulus, condition), means in scaled.participant_means("stimulus", "condition").items():
-        found = summary(means)
+        estimate = summary(means)
         rows.append(
             {
                 "stimulus": stimulus,
                 "condition": condition,
                 "intensity": intensities[stimulus, condition],
-                "geometric_mean": math.exp(found.mean),
-                "low": math.exp(found.low) if found.n > 1 else None,
-                "high": math.exp(found.high) if found.n > 1 else None,
-                "participants": found.n,
+                "geometric_mean": math.exp(estimate.mean),
+                "low": math.exp(estimate.low) if estimate.n > 1 else None,
+                "high": math.exp(estimate.high) if estimate.n > 1 else None,
+                "participants": estimate.n,
             }
         )
     return rows
@@ -121,7 +121,7 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
     exponent: tuple[Role, str] = ("confirmatory", "Stevens' exponent")
     if len(slopes) < 2:
         return [mean_finding(slopes, "all", "log-log slope", *exponent, n=len(above))], rows
-    found = summary(slopes)
+    estimate = summary(slopes)
     findings = [
         mean_finding(
             slopes,
@@ -129,8 +129,8 @@ def _exponents(above: Answers, logs: Any, margin: float | None) -> tuple[list[Fi
             "log-log slope by participant, Student's t",
             *exponent,
             n=len(above),
-            p=float(stats.ttest_1samp(slopes, 0.0).pvalue) if found.sd > 0 else float(found.mean == 0),
-            statistic=found.mean / found.se if found.se > 0 else None,
+            p=float(stats.ttest_1samp(slopes, 0.0).pvalue) if estimate.sd > 0 else float(estimate.mean == 0),
+            statistic=estimate.mean / estimate.se if estimate.se > 0 else None,
             equivalence_p=None if margin is None else paired_equivalence(slopes, margin=margin),
             margin=margin,
             note="p against 0: whether estimates grow with intensity",
@@ -147,10 +147,10 @@ def magnitude_figure(section: AnalysisSection) -> Figure:
     figure = Figure(figsize=(5.6, 4.4), layout="constrained")
     axes = figure.add_subplot()
     known = bool(np.isfinite(x).all())
-    at = x if known else np.arange(len(rows), dtype=float)
+    positions = x if known else np.arange(len(rows), dtype=float)
     means = np.array([row["geometric_mean"] for row in rows])
     ends = np.array([[row["low"] or m, row["high"] or m] for row, m in zip(rows, means, strict=True)])
-    axes.errorbar(at, means, np.abs(ends - means[:, None]).T, fmt="o", color=BLUE, capsize=3)
+    axes.errorbar(positions, means, np.abs(ends - means[:, None]).T, fmt="o", color=BLUE, capsize=3)
     axes.set_yscale("log")
     axes.yaxis.set_major_formatter(ScalarFormatter())
     far = ends.max() > 4 * ends.min()  # over less than that, 1, 2 and 5 may not be there to be named
@@ -160,8 +160,8 @@ def magnitude_figure(section: AnalysisSection) -> Figure:
     if known:
         axes.set_xscale("log")
         slope = section.role("confirmatory")[0].estimate
-        middle = np.log(means).mean() - slope * np.log(at).mean()
-        line = np.sort(at)
+        middle = np.log(means).mean() - slope * np.log(positions).mean()
+        line = np.sort(positions)
         axes.set_xticks(line, [f"{value:.3g}" for value in line])
         axes.set_xticks([], minor=True)
         axes.plot(
@@ -169,7 +169,7 @@ def magnitude_figure(section: AnalysisSection) -> Figure:
         )
         axes.legend(frameon=False, fontsize=9)
     else:
-        axes.set_xticks(at, [str(row["stimulus"]) for row in rows], rotation=30)
+        axes.set_xticks(positions, [str(row["stimulus"]) for row in rows], rotation=30)
     axes.set(xlabel="intensity" if known else "stimulus", ylabel="estimate, geometric mean (95 %)")
     axes.set_title(title_of(section), fontsize=10)
     return figure

@@ -193,13 +193,13 @@ def preference_figure(section: AnalysisSection) -> Figure:
     rows = next(iter(section.tables.values()))
     figure = Figure(figsize=(6.4, 1.4 + 0.36 * max(3, len(rows))), layout="constrained")
     axes = figure.add_subplot()
-    at = np.arange(len(rows))
+    y = np.arange(len(rows))
     strengths = np.array([row["strength"] for row in rows])
     ends = np.array([[row["low"], row["high"]] for row in rows], float)
     axes.errorbar(
-        strengths, at, xerr=np.nan_to_num(np.abs(ends - strengths[:, None])).T, fmt="o", color=BLUE, capsize=3
+        strengths, y, xerr=np.nan_to_num(np.abs(ends - strengths[:, None])).T, fmt="o", color=BLUE, capsize=3
     )
-    axes.set_yticks(at, [str(row["item"]) for row in rows])
+    axes.set_yticks(y, [str(row["item"]) for row in rows])
     axes.invert_yaxis()
     axes.axvline(0, color=GRAY, lw=0.8)
     axes.set_xlabel("log strength, mean 0 (95 % by participant)")
@@ -218,7 +218,7 @@ class Strengths(PowerMethod):
 
     def shares(self, rng: np.random.Generator, batch: StudyBatch, truths: Truths) -> dict[str, float]:
         """Return power of pairs that differ; for ``type_1`` that any pair is shown, and equivalence."""
-        found: dict[str, float] = {}
+        shares: dict[str, float] = {}
         assumed = batch.assumed
         for name, truth in truths.items():
             parts = [
@@ -235,12 +235,12 @@ class Strengths(PowerMethod):
             ]
             shown, equal = (np.concatenate([part[k] for part in parts]) for k in (0, 1))
             if name == "power":
-                found[name] = float(shown[:, : assumed.items - 1].mean())
+                shares[name] = float(shown[:, : assumed.items - 1].mean())
             else:
-                found[name] = float(shown.any(1).mean())
-                found["equivalence"] = float(equal.mean())
-                found["all_equivalent"] = float(equal.all(1).mean())
-        return found
+                shares[name] = float(shown.any(1).mean())
+                shares["equivalence"] = float(equal.mean())
+                shares["all_equivalent"] = float(equal.all(1).mean())
+        return shares
 
     def check(self, assumed: PowerAssumptions) -> None:
         """Raise `ParameterError` for too few or too many items."""
@@ -283,9 +283,9 @@ def simulated_preferences(
         won = rng.binomial(asked, special.expit(strengths[..., first] - strengths[..., second]))
         tables = np.zeros((count, people, items, items))
         tables[..., first, second], tables[..., second, first] = won, asked - won
-        found, covariance = strengths_by_participant(tables)
-        errors, _ = gap_errors(covariance, curvature(tables.sum(1), found), first, second)
-        yield found[:, first] - found[:, second], errors
+        estimated, covariance = strengths_by_participant(tables)
+        errors, _ = gap_errors(covariance, curvature(tables.sum(1), estimated), first, second)
+        yield estimated[:, first] - estimated[:, second], errors
 
 
 def shown_and_equal(

@@ -133,12 +133,12 @@ def errors_of(answers: Answers, targets: Targets | None) -> AnswerErrors:
     conditions = tuple(sorted(answers.unique("condition"), key=_by_size))
     words = tuple(sorted(answers.unique("question"), key=_as_listed))
     people = answers.unique("participant")
-    place = {name: number for number, name in enumerate(people)}
+    row_of = {name: number for number, name in enumerate(people)}
     means = np.full((len(people), len(conditions), len(words)), np.nan)
     for (person, condition, word), values in answers.values_by(
         "participant", "condition", "question"
     ).items():
-        means[place[person], conditions.index(condition), words.index(word)] = np.mean(values)
+        means[row_of[person], conditions.index(condition), words.index(word)] = np.mean(values)
     cells = {
         (c, w): np.array(values) for (c, w), values in answers.values_by("condition", "question").items()
     }
@@ -189,8 +189,8 @@ def _by_participant(errors: AnswerErrors, margin: float | None) -> list[Finding]
     if len(errors.conditions) < 2 or len(errors.participants) < 2:
         return []
     means = dict(zip(errors.conditions, nan_mean(errors.people, 2).T, strict=True))
-    found = friedman_wilcoxon(means)
-    findings = [_friedman(found, "all words", "confirmatory", errors)] if found.overall else []
+    comparison = friedman_wilcoxon(means)
+    findings = [_friedman(comparison, "all words", "confirmatory", errors)] if comparison.overall else []
     gaps = {}
     for first, second in combinations(errors.conditions, 2):
         apart = means[first] - means[second]
@@ -200,10 +200,10 @@ def _by_participant(errors: AnswerErrors, margin: float | None) -> list[Finding]
 
 
 def _friedman(
-    found: Comparison, of: str, role: Role, errors: AnswerErrors, p: float | None = None
+    comparison: Comparison, of: str, role: Role, errors: AnswerErrors, p: float | None = None
 ) -> Finding:
-    statistic, raw = found.overall or (0.0, 1.0)
-    means = [group.mean for group in found.groups.values()]
+    statistic, raw = comparison.overall or (0.0, 1.0)
+    means = [group.mean for group in comparison.groups.values()]
     p = raw if p is None else p
     return Finding(
         of,
@@ -212,7 +212,7 @@ def _friedman(
         f"largest {errors.difference}",
         max(means) - min(means),
         p=p,
-        participants=len(errors.participants) - found.left_out,
+        participants=len(errors.participants) - comparison.left_out,
         n=sum(len(values) for values in errors.values.values()),
         statistic=statistic,
         correction="none" if of == "all words" else "Holm over words",
@@ -260,8 +260,8 @@ def _per_word(errors: AnswerErrors, margin: float | None) -> list[Finding]:
         return []
     friedmans: dict[str, Comparison] = {}
     gaps: dict[str, tuple[Numbers, int]] = {}
-    for place, word in enumerate(errors.words):
-        full = errors.people[:, :, place]
+    for index, word in enumerate(errors.words):
+        full = errors.people[:, :, index]
         full = full[~np.isnan(full).any(1)]
         if len(full) < 2:
             continue
@@ -272,9 +272,9 @@ def _per_word(errors: AnswerErrors, margin: float | None) -> list[Finding]:
             count = len(errors.values[first, word]) + len(errors.values[second, word])
             gaps[f"{word}, {first} minus {second}"] = (full[:, a] - full[:, b], count)
     findings = []
-    overall = holm([found.overall[1] if found.overall else 1.0 for found in friedmans.values()])
-    for (word, found), p in zip(friedmans.items(), overall, strict=True):
-        findings.append(_friedman(found, word, "check", errors, p))
+    overall = holm([test.overall[1] if test.overall else 1.0 for test in friedmans.values()])
+    for (word, test), p in zip(friedmans.items(), overall, strict=True):
+        findings.append(_friedman(test, word, "check", errors, p))
     if gaps:
         findings += holm_paired(gaps, errors.difference, margin)
     return findings
@@ -294,15 +294,15 @@ def _table(
         facts = {"condition": condition, "n": len(values), "participants": people}
         overall.append(facts | _interval(whole, c, values))
         for word, values in errors.by_word(condition).items():
-            at = c, errors.words.index(word)
+            cell = c, errors.words.index(word)
             facts = {"condition": condition, "word": word, "n": len(values)}
-            rows.append(facts | _interval(words, at, values))
+            rows.append(facts | _interval(words, cell, values))
     return rows, overall
 
 
-def _interval(bootstrapped: tuple[Numbers, ...], at: Any, values: Numbers) -> dict[str, Any]:
+def _interval(bootstrapped: tuple[Numbers, ...], index: Any, values: Numbers) -> dict[str, Any]:
     """Return the columns of a mean with its interval, and its standard error as printed."""
-    mean, low, high = (float(part[at]) for part in bootstrapped)
+    mean, low, high = (float(part[index]) for part in bootstrapped)
     return {"mean": mean, "low": low, "high": high, "se_as_printed": _printed_se(values)}
 
 
@@ -351,10 +351,10 @@ def words_figure(section: AnalysisSection) -> Figure:
         table = np.array(
             [[by_word.get(w, {}).get(key, np.nan) for key in ("mean", "low", "high")] for w in words], float
         )
-        at = np.arange(len(words)) + width * (k - (len(conditions) - 1) / 2)
+        positions = np.arange(len(words)) + width * (k - (len(conditions) - 1) / 2)
         away = np.nan_to_num(np.abs(table[:, 1:] - table[:, :1]).T)
         axes.bar(
-            at, table[:, 0], 0.92 * width, yerr=away, color=colours[k % len(colours)], label=condition,
+            positions, table[:, 0], 0.92 * width, yerr=away, color=colours[k % len(colours)], label=condition,
             error_kw={"lw": 0.8}, capsize=1.5,
         )  # fmt: skip
     axes.set_xticks(range(len(words)), words, rotation=25)

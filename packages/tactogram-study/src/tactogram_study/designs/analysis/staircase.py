@@ -106,10 +106,10 @@ def analyse_staircases(answers: Answers, *, margin: float | None = None) -> Anal
             "staircase: must have reversals, or right and wrong answers at two intensities; no threshold could be had"
         )
     names = kept.unique("condition")
-    at = f"threshold at {share:.3f} correct, dB"
+    label = f"threshold at {share:.3f} correct, dB"
     findings: list[Finding] = []
     estimates: tuple[tuple[Role, dict[tuple[str, str], float], str, str], ...] = (
-        ("confirmatory", {key: fit.threshold for key, fit in fits.items()}, FITTED, at),
+        ("confirmatory", {key: fit.threshold for key, fit in fits.items()}, FITTED, label),
         ("check", turned, "mean of reversals, Student's t over participants", "threshold, dB"),
     )
     for role, thresholds, test, measure in estimates:
@@ -253,8 +253,8 @@ class Staircases(Means):
         first = rng.normal(-BELOW_START_DB, 4.0, batch.shape)
         gaps = rng.normal(truth, batch.assumed.person_sd, first.shape)
         both = np.stack([first, first + gaps], -1)
-        found = simulated_thresholds(both, batch.trials, slope=batch.assumed.trial_sd, rng=rng)
-        return found[..., 1] - found[..., 0], {"threshold_error_db": float((found - both).std())}
+        estimates = simulated_thresholds(both, batch.trials, slope=batch.assumed.trial_sd, rng=rng)
+        return estimates[..., 1] - estimates[..., 0], {"threshold_error_db": float((estimates - both).std())}
 
 
 def simulated_thresholds(

@@ -129,8 +129,8 @@ def realism_figure(section: AnalysisSection) -> Figure:
     for k, (condition, colour) in enumerate(zip(conditions, (ORANGE, BLUE), strict=False)):
         means = [row.get(f"{condition} mean", np.nan) for row in rows]
         errors = [row.get(f"{condition} se", np.nan) for row in rows]
-        at = np.arange(len(rows)) + 0.38 * (k - 0.5)
-        left.bar(at, means, 0.36, yerr=errors, color=colour, capsize=2, label=condition)
+        positions = np.arange(len(rows)) + 0.38 * (k - 0.5)
+        left.bar(positions, means, 0.36, yerr=errors, color=colour, capsize=2, label=condition)
     left.set_xticks(range(len(items)), items, **(SLANTED if len(items) > 5 else {}))
     left.set(ylabel=f"mark, {unit} (mean ± SE of all marks)")
     left.legend(fontsize=8, frameon=False, ncols=2, loc="upper center", bbox_to_anchor=(0.5, 1.1))

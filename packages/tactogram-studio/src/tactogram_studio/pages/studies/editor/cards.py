@@ -48,7 +48,7 @@ def design_of(editor: Editor) -> type[Design]:
 
 def about(editor: Editor) -> None:
     """Draw title, languages and consent."""
-    names = {one: own_name(one) for one in (*editor.draft.languages, *language_texts())}
+    names = {language: own_name(language) for language in (*editor.draft.languages, *language_texts())}
 
     def choose(languages: list[str]) -> None:
         editor.put(("languages",), list(languages))
@@ -110,10 +110,10 @@ def _pairs(editor: Editor, design: type[Design], redraw: Redraw) -> None:
     for number, pair in enumerate(pairs):
         with ui.row().classes("w-full items-center"):
             for which, label in enumerate(("First", "Second")):
-                at = (*place, number, which)
+                keys = (*place, number, which)
                 title = f"{label} of pair {number + 1}"
                 select = draw_choice(
-                    editor, at, title, (*pair, *names), partial(editor.put, at), value=pair[which]
+                    editor, keys, title, (*pair, *names), partial(editor.put, keys), value=pair[which]
                 )
                 select.classes("w-64", remove="w-full")
             kit.icon_button("delete", f"Remove pair {number + 1}", partial(resize, without(pairs, number)))
@@ -223,12 +223,12 @@ def analysis(editor: Editor, redraw: Redraw) -> None:
 
 def _margin(editor: Editor, name: str, unit: str) -> None:
     place = ("analysis", "margins", name)
-    given = editor.draft.get(place, {})
-    values = dict(given) if isinstance(given, dict) else {"value": given}
+    margin = editor.draft.get(place, {})
+    values = dict(margin) if isinstance(margin, dict) else {"value": margin}
 
     def change(key: str, event: Any) -> None:
         values[key] = event.value
-        kept = {key: one for key, one in values.items() if one not in (None, "")}
+        kept = {key: value for key, value in values.items() if value not in (None, "")}
         editor.draft.set(place, kept if "value" in kept else None)
         for table in (place[:2], place[:1]):
             if not editor.draft.get(table):
@@ -253,7 +253,7 @@ def questions(editor: Editor, when: Literal["before", "after"], redraw: Redraw) 
             _question(editor, place, question, redraw)
 
     def add() -> None:
-        ids = {one.get("id") for one in listed}
+        ids = {entry.get("id") for entry in listed}
         name = next(f"question{n}" for n in range(1, 1000) if f"question{n}" not in ids)
         texts = dict.fromkeys(editor.draft.languages, "?")
         question = {"id": name, "kind": "steps", "low": 1, "high": 7, "text": texts}
@@ -268,7 +268,7 @@ def _question(editor: Editor, place: Place, question: dict[str, Any], redraw: Re
     draw_field(editor, text)
 
     def change(chosen: str) -> None:
-        kept = {key: one for key, one in question.items() if key not in (*ENDS, "options")}
+        kept = {key: value for key, value in question.items() if key not in (*ENDS, "options")}
         if chosen == "choice":
             kept["options"] = [{"value": "yes"}, {"value": "no"}]
         elif chosen in ("steps", "vas"):
@@ -290,14 +290,14 @@ def _question(editor: Editor, place: Place, question: dict[str, Any], redraw: Re
 def _options(editor: Editor, place: Place, redraw: Redraw) -> None:
     options = editor.draft.get(place, [])
     for number, option in enumerate(options):
-        at = (*place, number)
-        with row_of_list(editor, at, f"option {number + 1}", redraw):
+        keys = (*place, number)
+        with row_of_list(editor, keys, f"option {number + 1}", redraw):
             value = str(option.get("value", ""))
             entry = ui.input(f"Option {number + 1} in the tables", value=value).props(TYPED)
-            entry.on_value_change(lambda event, at=at: editor.put((*at, "value"), event.value or ""))
-            editor.faults.register(at, entry)
+            entry.on_value_change(lambda event, keys=keys: editor.put((*keys, "value"), event.value or ""))
+            editor.faults.register(keys, entry)
             default = dict.fromkeys(editor.draft.languages, value)
-            draw_texts(editor, (*at, "text"), f"Option {number + 1}", default=default)
+            draw_texts(editor, (*keys, "text"), f"Option {number + 1}", default=default)
 
     def add() -> None:
         editor.put(place, [*options, {"value": f"option{len(options) + 1}"}])

@@ -107,15 +107,15 @@ class SideCard:
 
     async def _render(self) -> None:
         with kit.busy("making and rendering every stimulus", button=self.render):
-            found = await kit.in_background(check_draft, self.editor.draft, stimuli=True)
-        if found.facts is None:
-            self.editor.faults.show(found.faults)
-            self.show(found, changed=self.editor.draft.changed, overtaken=False)
+            check = await kit.in_background(check_draft, self.editor.draft, stimuli=True)
+        if check.facts is None:
+            self.editor.faults.show(check.faults)
+            self.show(check, changed=self.editor.draft.changed, overtaken=False)
             return
         with self.faults:
-            for line in limited_lines(found.facts["limited"]):
+            for line in limited_lines(check.facts["limited"]):
                 ui.element("li")._text = line
-        ui.notify(f"no problems; {len(found.facts['rendered'])} signals were made and rendered")
+        ui.notify(f"no problems; {len(check.facts['rendered'])} signals were made and rendered")
 
 
 def add(studio: Studio) -> None:
@@ -208,13 +208,13 @@ class StudyEditor(Editor):
                 return
             snapshot = copy.deepcopy(self.draft)
             try:
-                found = await kit.in_background(check_draft, snapshot)
+                check = await kit.in_background(check_draft, snapshot)
                 changed, overtaken = snapshot.changed, snapshot.overtaken
             except TactogramError as error:  # the file is gone, or a text editor broke it
-                found, changed, overtaken = DraftCheck((Fault((), str(error)),)), True, True
+                check, changed, overtaken = DraftCheck((Fault((), str(error)),)), True, True
             if version == self.version and not self.form.is_deleted:
-                self.faults.show(found.faults)
-                self.side.show(found, changed=changed, overtaken=overtaken)
+                self.faults.show(check.faults)
+                self.side.show(check, changed=changed, overtaken=overtaken)
 
     def _file(self, redraw: Any) -> None:
         ui.label("What is saved; to be changed with the form above.").classes("small quiet")

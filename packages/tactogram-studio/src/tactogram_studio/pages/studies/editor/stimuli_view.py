@@ -112,7 +112,7 @@ def listed_stimuli(editor: Editor, place: Place, redraw: Redraw) -> None:
             _stimulus(editor, (*place, number), name, stimulus, redraw)
 
     def add() -> None:
-        names = {one.get("name") for one in entries}
+        names = {entry.get("name") for entry in entries}
         name = next(f"stimulus{n}" for n in range(1, 1000) if f"stimulus{n}" not in names)
         editor.put(place, [*entries, {"name": name}])
         redraw()
@@ -193,11 +193,11 @@ class StimulusForm:
         """Draw the conditions of a model that are numbers; those of a recording where the stimulus has one."""
         fields = [
             StudyField(
-                (*self.place, "given", name), f"Given {one.label[:1].lower()}{one.label[1:]}", "", "number"
+                (*self.place, "given", name), f"Given {kind.label[:1].lower()}{kind.label[1:]}", "", "number"
             )
-            for name, one in condition_types().items()
-            if one.unit
-            and one.options
+            for name, kind in condition_types().items()
+            if kind.unit
+            and kind.options
             and ("vibration" in self.stimulus or not name.startswith("vibration_"))
         ]
         draw_fields(self.editor, fields)

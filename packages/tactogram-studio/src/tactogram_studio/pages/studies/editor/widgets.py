@@ -41,7 +41,7 @@ class FaultMarks:
 
     def show(self, faults: Sequence[Fault]) -> None:
         """Show each fault at the widget of its place or of the nearest table around it, and clear all others."""
-        self._widgets = {place: one for place, one in self._widgets.items() if not one.is_deleted}
+        self._widgets = {place: field for place, field in self._widgets.items() if not field.is_deleted}
         sentences: dict[Place, str] = {}
         for fault in faults:
             place = fault.place
@@ -206,8 +206,8 @@ def row_of_list(editor: Editor, place: Place, name: str, redraw: Redraw) -> Iter
     entries = editor.draft.get(place[:-1])
 
     def move(by: int) -> None:
-        one = entries.pop(int(number))
-        entries.insert(int(number) + by, one)
+        entry = entries.pop(int(number))
+        entries.insert(int(number) + by, entry)
         editor.changed()
         redraw()
 
