@@ -283,15 +283,11 @@ def _accuracy(result: ClassificationResult) -> ReportSection:
         ("windows", result.window_accuracy, "–", int(result.windows.sum())),
         ("chance", 1 / len(result.materials), "–", "–"),
     ]
+    note = "Recordings are classified by the mean log probability of their windows. Interval: Wilson."
     if facts := result.candidate_facts:
-        number = f"{facts['mean_number']:.2f} candidates each"
-        rows.insert(1, ("recordings whose class is a candidate", facts["right_among"], number, rows[0][3]))
-    table = ReportTable(
-        ("classified correctly", "share", "95 % interval", "of"),
-        rows,
-        "Recordings are classified by the mean log probability of their windows. Interval: Wilson. "
-        "Candidates, of 95 %, are set on recordings left out of a fit.",
-    )
+        right, number = 100 * facts["right_among"], facts["mean_number"]
+        note += f" The right class is a candidate (95 %) of {right:.1f} % of the recordings, {number:.1f} candidates each."
+    table = ReportTable(("classified correctly", "share", "95 % interval", "of"), rows, note)
     picture = ReportFigure(
         confusion_figure(result.windows, result.materials),
         "Share of the windows of each true class (row) that were answered so (column).",
