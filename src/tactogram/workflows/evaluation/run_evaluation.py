@@ -286,7 +286,7 @@ def _accuracy(result: ClassificationResult) -> ReportSection:
     note = "Recordings are classified by the mean log probability of their windows. Interval: Wilson."
     if facts := result.candidate_facts:
         right, number = 100 * facts["right_among"], facts["mean_number"]
-        note += f" The right class is a candidate (95 %) of {right:.1f} % of the recordings, {number:.1f} candidates each."
+        note += f" Of {right:.1f} % of the recordings the right class is a candidate (95 %), of {number:.1f} each."
     table = ReportTable(("classified correctly", "share", "95 % interval", "of"), rows, note)
     picture = ReportFigure(
         confusion_figure(result.windows, result.materials),
