@@ -3,6 +3,7 @@
 import json
 
 from tactogram.cli import main
+from tactogram.cli.recognising import VERBS
 from tactogram.signal.io import write_signal
 
 
@@ -25,3 +26,12 @@ def test_predictions_have_headings(run, texture, tmp_path, capsys):
     head, row = capsys.readouterr().out.splitlines()
     assert head.split() == ["file", "material", "probability"]
     assert row.split()[1] == "tile"
+
+
+def test_other_candidates_stand_beside_the_likeliest_material():
+    known = {"material": "tile", "probability": 0.61, "candidates": ("tile", "cork"), "none_of_these": False}
+    strange = {"material": "felt", "probability": 0.4, "candidates": ("felt",), "none_of_these": True}
+    head, first, second = VERBS["classify"].text({"files": {"a.wav": known, "b.wav": strange}}).splitlines()
+    assert head.split() == ["file", "material", "probability", "or", "(95", "%)"]
+    assert first.split() == ["a.wav", "tile", "0.610", "cork"]
+    assert second.split() == ["b.wav", "felt", "0.400", "none", "of", "these?"]

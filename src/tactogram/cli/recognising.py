@@ -9,7 +9,8 @@ FILES = "tactogram.workflows.recognition.files"
 
 
 def _classes(result: dict[str, Any]) -> str:
-    rows = [("file", "material", "probability", "or, by 95 %", "")]
+    known = any(r["candidates"] for r in result["files"].values())
+    rows = [("file", "material", "probability", "or (95 %)" if known else "", "")]
     for file, r in result["files"].items():
         others = ", ".join(name for name in r["candidates"] or () if name != r["material"])
         doubt = "none of these?" if r["none_of_these"] else ""

@@ -258,9 +258,10 @@ class Model(Saved, ABC):
         raise self._refused("classify")
 
     def candidates(self, probabilities: NDArray[np.float64]) -> tuple[str, ...] | None:
-        """Return the materials among which a recording's own is with 95 %, by its `probabilities`, likeliest first.
+        """Return the materials among which a recording's own is with 95 %, likeliest first.
 
-        None if the model does not know: by default.
+        ``probabilities`` are its `probabilities`, float64, shape (material,). None if the model does not know: by
+        default.
         """
         return None
 

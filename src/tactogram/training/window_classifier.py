@@ -50,6 +50,8 @@ class WindowClassifier(Model):
     def candidates(self, probabilities: NDArray[np.float64]) -> tuple[str, ...] | None:
         """Return the materials among which a recording's own is with `COVERAGE`, likeliest first; None if unknown.
 
+        ``probabilities`` has shape (material,).
+
         A conformal set (Vovk, Gammerman and Shafer 2005): materials with at least the probability that the right one
         has in this share of the recordings left out. 19 of them are needed.
         """
