@@ -22,7 +22,7 @@ def test_the_whole_chain_leaves_a_report(tmp_path, monkeypatch, capsys):
     nine = SETS["stroking9"]
     five = tuple(surface for surface in nine.surfaces if surface.name in (*KNOWN, UNKNOWN))
     monkeypatch.setitem(SETS, "stroking9", replace(nine, surfaces=five))
-    monkeypatch.setattr("tactogram.datasets.examples.cores", lambda: 1)
+    monkeypatch.setattr("tactogram.datasets.cores", lambda: 1)
     monkeypatch.setattr("tactogram.workflows.training.train.train", partial(train, recipe="tiny"))
     monkeypatch.setattr(module, "PER_CLASS", 8)
     monkeypatch.setattr(module, "GENERATOR_STEPS", 2)
