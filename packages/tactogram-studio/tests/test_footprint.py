@@ -31,7 +31,7 @@ def test_pages_are_small_and_so_is_a_server_at_rest(browser, tmp_path, monkeypat
         assert min(sent.values()) > 100  # it was all counted
         wait_until_idle(serving.pid)
         if sys.platform == "linux" and "COVERAGE_PROCESS_CONFIG" not in os.environ:
-            assert megabytes(serving.pid) < 1.1 * MOST_MB  # libraries that other processes share count less
+            assert megabytes(serving.pid) < MOST_MB
 
 
 def test_the_font_of_icons_has_those_that_pages_name():

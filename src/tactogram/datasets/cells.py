@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
@@ -95,6 +94,8 @@ def _columns(text: str, divider: str) -> int:
 
 
 def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
+    import pandas as pd
+
     imported("python_calamine", extra="formats", what="workbooks")
     with decoding(path, "not readable"):
         sheets = pd.read_excel(path, header=None, sheet_name=None, dtype=object, engine="calamine")
@@ -134,6 +135,8 @@ def number_columns(
     Without ``names`` the file has no heading, and all columns are returned. A cell that is no finite number is a
     `DataError`, as are a missing column and fewer than ``least`` rows.
     """
+    import pandas as pd
+
     head = None if names is None else 0
     if path.suffix.lower() == ".xlsx":
         imported("openpyxl", extra="formats", what="workbooks")

@@ -6,6 +6,8 @@ import time
 from collections.abc import Callable, Sequence
 from itertools import islice
 
+import numpy as np
+
 from tactogram.model import Example, Model, Stage
 
 TRIED_STEPS = 5
@@ -48,8 +50,8 @@ def _step_seconds(
         times.append(clock())
         if len(times) > 2 and times[-1] - times[0] > LONGEST_TRIAL_S:
             break
-    first, last = min(1, len(times) - 2), len(times) - 1
-    return (times[last] - times[first]) / (last - first) if last else 0.0
+    steps = np.diff(times)
+    return float(np.mean(steps[1:] if len(steps) > 1 else steps)) if len(steps) else 0.0
 
 
 def duration_text(seconds: float) -> str:

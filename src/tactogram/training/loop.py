@@ -124,13 +124,12 @@ def run_training(
     """
     every = recipe.training
     stages = learner.stages(examples)
-    forecast = trial is None
 
     def on_stage(position: TrainingPosition, stage: Stage) -> None:
-        nonlocal forecast
-        if forecast or trial is None or stage.steps - position.step < FEWEST_STEPS:
+        nonlocal trial
+        if trial is None or stage.steps - position.step < FEWEST_STEPS:
             return
-        forecast, tried = True, trial()
+        tried, trial = trial(), None
         tried.load_state(copy.deepcopy(learner.state()))
         with torch_seeded(recipe.seed, "forecast"):
             text = forecast_text(tried, examples, stages[position.stage :], done=position.step)
