@@ -3,7 +3,8 @@
 Each repetition runs both in turn in one process: ratios of processor time, median and sd of the repetitions, after a
 call of each that is not timed; one thread each. "quality of both", tactogram's first: spectral convergence in dB (lower
 is nearer), share of recordings classified correctly, most memory in MB. All data is simulated or noise. A library that
-is not installed has no row: `pip install --no-deps aeon deprecated wrapt webdataset braceexpand polars` adds three.
+is not installed has no row; three come with
+`pip install --no-deps aeon deprecated wrapt webdataset braceexpand polars polars-runtime-32`.
 
 - import: CSVs as a logger writes them, 2 to 10 s of three axes at 1 kHz, into a store, beside reading each and writing
   one Parquet file. "jittered": stamps up to 0.2 ms late; tactogram solves for the band-limited signal, `numpy.interp`
