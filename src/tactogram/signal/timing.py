@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
 from scipy import linalg, special
 
@@ -27,6 +28,8 @@ _MOST_OFF = 0.2
 _MOST_MISSING = 3
 _HALF_TAPS = 12
 _KAISER_BETA = 8.0
+_CELLS = 2**11
+"""Periods of the clock whose stamps are put into the normal equations at a time."""
 _SMOOTHNESS = 1e-2
 """Weight of the content near half the rate against the data, so that jitter does not amplify noise."""
 _SLOPE = 1e-6
@@ -244,9 +247,11 @@ def _places(t: NDArray[np.float64]) -> NDArray[np.int64]:
     typical = np.median(steps)
     period = float(steps[np.abs(steps - typical) <= typical / 2].mean())
     places = np.concatenate([[0], np.cumsum(np.rint(np.diff(t) / period))]).astype(np.int64)
-    line = np.polynomial.Polynomial.fit(places, t, 1) if places[-1] < 2**53 else None
-    if line is not None and np.abs(t - line(places)).max() < _MOST_OFF * period:
-        return places  # what the loop below finds, too
+    if places[-1] < 2**53:
+        centred = places - places.mean()
+        line = t.mean() + centred * (float(centred @ t) / float(centred @ centred))
+        if np.abs(t - line).max() < _MOST_OFF * period:
+            return places  # what the loop below finds, too
     places = np.zeros(len(t), dtype=np.int64)
     tick, expected, previous = 0, float(t[0]), float(t[0])
     for i, stamp in enumerate(t[1:].tolist(), start=1):
@@ -287,16 +292,36 @@ def _solve(u: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64
     taps = 2 * _HALF_TAPS
     length = int(np.floor(u[-1] + 1e-6)) + 1
     size = length + taps
-    first = np.floor(u).astype(np.int64) + 1  # grid index of the leftmost tap
-    kernel = _kernel(u - np.floor(u))
+    cells = np.floor(u).astype(np.int64)
     mean = x.mean(axis=1, keepdims=True)
     normal = np.zeros((taps, size))
     right = np.zeros((size, len(x)))
-    for j in range(taps):
-        for axis, values in enumerate(x - mean):
-            right[:, axis] += np.bincount(first + j, kernel[j] * values, minlength=size)
-        for k in range(j, taps):
-            normal[k - j] += np.bincount(first + j, kernel[j] * kernel[k], minlength=size)
+    edges = np.arange(0, length + _CELLS, _CELLS)
+    for start, low, high in zip(edges, *np.searchsorted(cells, [edges, edges + _CELLS]), strict=True):
+        inside = slice(low, high)
+        kernel = _kernel(u[inside] - cells[inside])
+        columns = cells[inside] - start
+        # Stamps that share a cell follow each other: each goes to a layer of its own.
+        layers = np.arange(high - low) - np.searchsorted(columns, columns)
+        for layer in range(int(layers.max(initial=-1)) + 1):
+            chosen = layers == layer
+            first, last = columns[chosen][[0, -1]]
+            reach = last - first + taps
+            # Each tap in the column of the sample that it weights, so that products of taps add up down the columns:
+            # rows that are one longer when written than when read.
+            pitch = reach + taps
+            flat = np.zeros(taps * (pitch + 1))
+            flat.reshape(taps, -1)[:, columns[chosen] - first] = kernel[:, chosen]
+            weights = flat[: taps * pitch].reshape(taps, pitch)
+            values = np.zeros((len(x), reach + taps - 1))
+            values[:, columns[chosen] - first + taps - 1] = (x[:, inside] - mean)[:, chosen]
+            delayed = sliding_window_view(values, reach, axis=1)[:, ::-1]
+            reached = slice(start + first + 1, start + first + 1 + reach)
+            right[reached] += np.einsum("jg,ajg->ga", weights[:, :reach], delayed)
+            for lag in range(taps):
+                normal[lag, reached] += np.einsum(
+                    "jg,jg->g", weights[: taps - lag, :reach], weights[lag:, lag : lag + reach]
+                )
     normal += _penalty(size, taps)
     grid = linalg.solveh_banded(normal, right, lower=True, overwrite_ab=True, overwrite_b=True)
     return np.asarray(grid[_HALF_TAPS : _HALF_TAPS + length].T + mean)
