@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from tactogram.cli.printing import Printer
     from tactogram.workflows.training.loaded_run import LoadedRun
 
-Purpose = Literal["recognition", "generate", "photograph", "words"]
+Purpose = Literal["recognition", "generate", "photograph", "words", "rating"]
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
@@ -59,7 +59,8 @@ def train_or_resume(
     resume : str, optional
         Continue RUN with its own settings; without RUN, the run in --out if its settings are the same.
     purpose : str, optional
-        Instead of MODEL: the closest one to generate a material, or from photographs or words.
+        Instead of MODEL: the best one to recognise materials, to generate them by name, from photographs or from words,
+        or to predict ratings.
     sweep : str, optional
         Train with values drawn from the space in this TOML file, and keep the best run; needs --out and Ray.
     on : str

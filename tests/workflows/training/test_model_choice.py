@@ -35,16 +35,17 @@ RATINGS = Ratings(["a", "a"], ["cork", "tile"], ["rough", "rough"], np.array([0.
 def test_known_materials_are_for_the_closest_model(tmp_path):
     model, recipe, why = model_choice("generate", stored(tmp_path))
     assert (model, recipe) == ("texture_var", "quick")
-    assert why.endswith("for speeds and forces that were not recorded take texture_flow")
+    assert why.endswith("texture_flow also takes other speeds and forces")
 
 
 def test_what_else_a_store_has_is_said_and_chosen_when_asked_for(tmp_path):
     store = stored(tmp_path, photographs=PHOTOGRAPHS, ratings=RATINGS)
     model, _, why = model_choice("generate", store)
     assert model == "texture_var"
-    assert "its photographs (--for photograph) or its ratings (--for words) take texture_flow" in why
+    assert why.endswith("texture_flow also takes other speeds and forces, photographs, words")
     assert model_choice("photograph", store)[:2] == ("texture_flow", "quick")
     assert model_choice("words", store)[:2] == ("texture_flow", "quick")
+    assert model_choice("rating", store)[:2] == ("rater", "quick")
     assert model_choice("words", store, label="item")[:2] == ("texture_flow", "rated")
 
 
@@ -57,7 +58,9 @@ def test_what_the_closest_model_cannot_learn_is_for_the_other(tmp_path):
         assert model_choice("generate", store)[:2] == ("texture_flow", recipe)
 
 
-@pytest.mark.parametrize(("purpose", "lacking"), [("photograph", "photographs"), ("words", "ratings")])
+@pytest.mark.parametrize(
+    ("purpose", "lacking"), [("photograph", "photographs"), ("words", "ratings"), ("rating", "ratings")]
+)
 def test_a_store_without_what_it_is_for_is_refused(purpose, lacking, tmp_path):
     with pytest.raises(ParameterError, match=f"{purpose} needs a store with {lacking}, .* has none"):
         model_choice(purpose, stored(tmp_path))

@@ -55,7 +55,7 @@ class Config(ModelConfig):
     strides: tuple[PositiveInt, ...] = (2, 2, 2, 2, 2, 4, 4)
     """Encoder; open in the paper; the code's."""
     up_strides: tuple[Literal[2, 4], ...] = (4, 4, 2, 2, 2)
-    """Decoder, along frequency; the last ones also along displacement, see `column_strides`. Open in the paper."""
+    """Decoder, along frequency; the last ones also along displacement. Open in the paper."""
     wide: int = Field(default=2, ge=0)
     """Last decoder layers that also double the number of frames. Open in the paper."""
     latent: int = Field(default=128, ge=0)

@@ -38,8 +38,9 @@ class Config(ModelConfig):
     steps: int = Field(default=5000, gt=0)
     """Assumed: the paper states no number of updates."""
     short_steps: int = Field(default=0, ge=0)
-    """Updates of a shorter training that comes first where ``steps`` are more than `MOST_PASSES`; 0 for none. It is the
-    whole training if it classifies `SETTLED` of the windows of the validation recordings correctly. Ours."""
+    """Updates of a shorter training that comes first where ``steps`` pass more than 100 times over the recordings; 0
+    for none. It is the whole training if it classifies 99 % of the windows of the validation recordings correctly.
+    Ours."""
     hop: float = Field(default=0.5, gt=0, le=1)
     """Step between the windows that classify a recording, as a share of the window. Ours: the paper classifies windows;
     we average their log probabilities over a recording."""

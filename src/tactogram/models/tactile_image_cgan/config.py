@@ -33,7 +33,7 @@ class Config(ModelConfig):
     """How the discriminator sees scores. ``planes``: as further planes of the image (Sec. II-C, Fig. 3). The others are
     ours, since Sec. III-A calls the balance of image and label crucial. ``normalised``: in a branch of its own, whose
     channels are normalised as those of the image's first layer are, so that no weight decides. ``projection``: by an
-    inner product with the image's features (Miyato & Koyama 2018). ``none``: only by `regression_weight`."""
+    inner product with the image's features (Miyato & Koyama 2018). ``none``: only by ``regression_weight``."""
     regression_weight: float = Field(default=0.0, ge=0, allow_inf_nan=False)
     """Weight of the cross-entropy of the scores that a second output predicts from the image alone, as the classes in
     Odena et al. 2017: the discriminator learns it on real images, the generator minimises it. Ours."""

@@ -35,7 +35,7 @@ class Config(ModelConfig):
     """Run whose network the training begins with, of as many axes and bins and the same widths; ``texture_flow`` is the
     one that the model comes with. By default the weights are random."""
     learning_rate: float = Field(default=2e-3, gt=0, allow_inf_nan=False)
-    """Of AdamW (Loshchilov & Hutter 2019); rises over `warm_up` steps, then falls to 0 as a cosine."""
+    """Of AdamW (Loshchilov & Hutter 2019); rises over ``warm_up`` steps, then falls to 0 as a cosine."""
     warm_up: int = Field(default=50, ge=1)
     moving_average: float = Field(default=0.998, gt=0, lt=1)
     """Decay of the average of the weights, which generates."""
@@ -57,11 +57,11 @@ class Config(ModelConfig):
     """Principal components of surfaces that are predicted."""
     straightening_steps: int = Field(default=0, ge=0)
     """Training steps after the others, in which the network learns to reach in one step of the solver what its average
-    reaches in `solver_steps`; 0 is none. It then generates in one step, with the `guidance` of its training."""
+    reaches in ``solver_steps``; 0 is none. It then generates in one step, with the ``guidance`` of its training."""
     guidance: float = Field(default=1.0, ge=0, allow_inf_nan=False)
     """Strength of the condition when generating: 1 as learned, above 1 exaggerated, 0 none (Ho & Salimans 2021)."""
     solver_steps: int = Field(default=6, ge=1)
-    """Steps of the solver, each one evaluation of the network, or two with a `guidance` other than 1."""
+    """Steps of the solver, each one evaluation of the network, or two with a ``guidance`` other than 1."""
     iterations: int = Field(default=64, ge=0)
     """Of phase recovery."""
     conditions: tuple[Literal["speed_mm_s", "force_n"], ...] = ("speed_mm_s", "force_n")

@@ -8,7 +8,7 @@ from tactogram.recipe import Preparation
 from tactogram.signal.modulated_noise import LEAST_RATE
 
 FLOW = "texture_flow"
-_NEEDED = {"photograph": "photographs", "words": "ratings"}
+_NEEDED = {"photograph": "photographs", "words": "ratings", "rating": "ratings"}
 
 
 def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tuple[str, str, str]:
@@ -17,14 +17,16 @@ def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tu
     Raises
     ------
     ParameterError
-        If it is for photographs or words, and the store has none.
+        If it is for photographs, words or ratings, and the store has none.
     """
     has = {"photograph": bool(store.photographs_by_material), "words": store.ratings is not None}
-    if not has.get(purpose, True):
+    if not (has | {"rating": has["words"]}).get(purpose, True):
         problem = f"{purpose} needs a store with {_NEEDED[purpose]}, {store.path} has none"
         raise ParameterError(problem, parameter="purpose")
     if purpose == "recognition":
         return "stroke_statistics", "quick", "names surfaces as well as stroke_cnn, in seconds"
+    if purpose == "rating":
+        return "rater", "quick", "predicts the ratings of recordings or photographs in sensory words"
     if not len(store):
         return FLOW, "image", "generates images, from any words"
     first = store.index[0].id
@@ -36,6 +38,6 @@ def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tu
         return FLOW, recipe, "takes photographs and words; of a material by its name, texture_var is closer"
     if store.rate(first, stream) < LEAST_RATE:
         return FLOW, "quick", f"learns from recordings below {LEAST_RATE:g} Hz, too"
-    others = [f"its {_NEEDED[name]} (--for {name})" for name, held in has.items() if held]
-    rest = " or ".join(["speeds and forces that were not recorded", *others])
-    return "texture_var", "quick", f"closest to recordings of a known material; for {rest} take {FLOW}"
+    plural = {"photograph": "photographs", "words": "words"}
+    others = ", ".join(["other speeds and forces", *(plural[name] for name, held in has.items() if held)])
+    return "texture_var", "quick", f"closest to recordings of a known material; {FLOW} also takes {others}"

@@ -49,7 +49,7 @@ class FinishedRun:
         if self.ships:
             return f"{self.name}, ready to use"
         name = "example surfaces" if self.name == "studio/first/voices" else self.name
-        return f"{name}: {self.model.name}, trained on {self.data.get('name', 'unknown data')}"
+        return f"{name}: {self.model.name}, trained on {_data_name(self.data)}"
 
 
 @dataclass
@@ -186,6 +186,11 @@ def _load(folder: Path, changed_ns: int) -> LoadedRun:
     return load_run(folder)
 
 
+def _data_name(data: Mapping[str, Any]) -> str:
+    """Return the folder of a run's training data, since all imported stores have the name of their importer."""
+    return Path(str(data.get("path", ""))).name or "unknown data"
+
+
 def _read(file: Path) -> dict[str, Any]:
     values = read_json(file)
     if not isinstance(values, dict):
@@ -213,6 +218,11 @@ class RunSummary:
     def simulated(self) -> bool:
         """Whether any of its data is simulated."""
         return bool(self.data.get("simulated"))
+
+    @property
+    def data_name(self) -> str:
+        """Name of its training data."""
+        return _data_name(self.data)
 
     @property
     def has_report(self) -> bool:

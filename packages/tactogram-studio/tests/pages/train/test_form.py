@@ -6,7 +6,13 @@ from tactogram.errors import ParameterError
 from tactogram.models import available, find
 from tactogram.recipe import parse_changes
 from tactogram.workflows import TrainingRequest
-from tactogram_studio.pages.train.form import describe_model, training_arguments, training_options
+from tactogram_studio.pages.train.form import (
+    PURPOSES,
+    describe_model,
+    purpose_of,
+    training_arguments,
+    training_options,
+)
 
 PLAIN = {
     "model": "stroke_cnn", "data": "data/x", "recipe": "quick", "name": "one", "split": "", "last": 2,
@@ -41,3 +47,13 @@ def test_every_model_has_a_short_description():
     )
     assert "with photographs" in describe_model(find("pix2pix"))
     assert all(len(text) < 400 for text in texts.values())
+
+
+def test_every_model_is_for_a_purpose():
+    purposes = {name: purpose_of(facts) for name, facts in available().items()}
+    assert set(purposes.values()) == set(PURPOSES)
+    assert purposes["stroke_cnn"] == "recognition"
+    assert purposes["texture_flow"] == purposes["stroke_gan"] == "generate"
+    assert purposes["frictgan"] == purposes["nearest_photo"] == "photograph"
+    assert purposes["ultrasonic_cgan"] == "words"
+    assert purposes["rater"] == "rating"

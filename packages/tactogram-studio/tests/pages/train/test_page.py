@@ -24,6 +24,8 @@ def left_behind(workspace):
 def started(tab, *, steps):
     """Fill in the form and start the training, which opens the page of its run."""
     tab.goto(f"/train?model=stroke_gan&data={SET}")
+    tab.get_by_text("Recommended: texture_var, closest").get_by_text("Chosen below: stroke_gan.").wait_for()
+    tab.get_by_role("button", name="More options").click()
     tab.get_by_label("Recipe", exact=True).click()
     tab.get_by_role("option", name="tiny").click()
     tab.get_by_role("button", name="Start").click()

@@ -35,18 +35,26 @@ PLAN_FIELDS = {
 
 
 class LiveForm:
-    """Cards with the settings; ``start`` starts the `request`, ``data`` is the store that the page was opened with."""
+    """Cards with the settings; ``start`` starts the `request`.
+
+    ``data`` and ``run`` are the store and the classifier of the page's address.
+    """
 
     def __init__(
-        self, studio: Studio, runner: LiveRunner, start: Callable[[], Awaitable[None]], *, data: str = ""
+        self,
+        studio: Studio,
+        runner: LiveRunner,
+        start: Callable[[], Awaitable[None]],
+        *,
+        data: str = "",
+        run: str = "",
     ) -> None:
         self.studio, self._start_request = studio, start
         self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
         self.fields = kit.Form(self.state)
         self._choices: list[SourceChoice] = []
         self._recording = False
-        if data:
-            self.state["data"] = data
+        self.state |= {name: value for name, value in (("data", data), ("run", run)) if value}
         with kit.card("Source"):
             self._address = self.fields.text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):
@@ -62,7 +70,7 @@ class LiveForm:
             names = {run.name: f"{run.name} ({len(run.kind.materials)} materials)" for run in runs}
             self.fields.choice("run", {"": "no classifier: traces only", **names}, "Classifier", "")
             if not names:
-                kit.hint("No classifier in this workspace yet: train stroke_statistics on the page Train.")
+                ui.link("Train a classifier", "/train?purpose=recognition").classes("small")
             return ui.button("Listen", icon="hearing", on_click=lambda: self._start(recording=False))
 
     def _record_card(self) -> ui.button:

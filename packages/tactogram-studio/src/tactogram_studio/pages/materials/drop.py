@@ -18,7 +18,7 @@ from tactogram.signal import Signal
 from tactogram.signal.io import READABLE, USUAL, SignalFile, read_file
 from tactogram.workflows import add_signal, reading_parameters
 from tactogram_studio import kit
-from tactogram_studio.pages.materials.media import HEAD, address, draw_similar
+from tactogram_studio.pages.materials.media import COMPARED_BY, HEAD, address, draw_similar
 from tactogram_studio.signals.view import add_routes, signal_card
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.recordings import open_named
@@ -36,7 +36,9 @@ def add(workspace: Workspace) -> None:
     add_routes()
 
     @kit.route("/materials/drop")
-    async def show(request: Request, file: str = "", set: str = "") -> None:
+    async def show(request: Request, file: str = "", set: str = "", by: str = "") -> None:
+        if by:
+            app.storage.user[COMPARED_BY] = by
         fields = {name: request.query_params.get(name, "") for name in FIELDS}
         ui.add_head_html(HEAD)
         with kit.page("Materials"):

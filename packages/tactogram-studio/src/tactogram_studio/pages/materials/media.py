@@ -34,6 +34,8 @@ HEAD = '<link rel="stylesheet" href="/static/materials.css">'
 KEPT = {"cache-control": "private, max-age=86400"}
 """A recording never changes under its id."""
 SPECTRAL = ""
+COMPARED_BY = "near"
+"""Key of the chosen classifier, or `SPECTRAL`, in the browser's storage."""
 COUNT = 8
 SHOWN_NAMES = 8
 
@@ -124,19 +126,19 @@ def draw_similar(
     The store ``set_name`` is relative to the workspace; recordings with an id in ``without`` are left out.
     """
     runs = [run.name for run in RunCatalogue(workspace).own("classification")]
-    stored = app.storage.user.get("near", runs[0] if runs else SPECTRAL)
+    stored = app.storage.user.get(COMPARED_BY, runs[0] if runs else SPECTRAL)
     options = {SPECTRAL: "spectral distance (no classifier)", **{run: f"classifier {run}" for run in runs}}
     with kit.card("Similar recordings"):
         measure = ui.select(options, label="Compare by", value=stored if stored in options else SPECTRAL)
         measure.classes("w-full max-w-lg")
         if not runs:
-            ui.link("Train a classifier to predict the material", "/train?model=stroke_statistics").classes(
+            ui.link("Train a classifier to predict the material", "/train?purpose=recognition").classes(
                 "small"
             )
         results = kit.column(gap=1).props('aria-live="polite"')
 
         async def show() -> None:
-            run = app.storage.user["near"] = measure.value
+            run = app.storage.user[COMPARED_BY] = measure.value
             results.clear()
             try:
                 if run != SPECTRAL:

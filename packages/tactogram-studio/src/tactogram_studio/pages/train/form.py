@@ -26,6 +26,14 @@ from tactogram_studio.context import Studio
 from tactogram_studio.tasks.queue import output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, command_line, free_name
 
+PURPOSES = {
+    "recognition": "Recognise materials",
+    "generate": "Generate materials by name",
+    "photograph": "Generate from photographs",
+    "words": "Generate from words",
+    "rating": "Predict ratings in words",
+}
+"""What a model is trained for, as `tactogram.workflows.model_choice` takes it."""
 SPLITS = {
     "": "random validation and test parts",
     "last": "last recordings of each material as test part",
@@ -119,8 +127,8 @@ def _listed(names: list[str]) -> str:
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
 
-def draw(studio: Studio, *, model: str = "", data: str = "") -> None:
-    """Draw the form, which survives a reload; ``model`` and ``data`` preselect."""
+def draw(studio: Studio, *, purpose: str = "", model: str = "", data: str = "") -> None:
+    """Draw the form, which survives a reload; ``purpose``, ``model`` and ``data`` preselect."""
     stores = [studio.workspace.name_of(path) for path in studio.workspace.stores()]
     if not stores:
         ui.label("There is no store in this workspace yet.")
@@ -128,15 +136,22 @@ def draw(studio: Studio, *, model: str = "", data: str = "") -> None:
         return
     values: dict[str, Any] = app.storage.user.setdefault("train", {})
     values.setdefault("changes", {})
-    if data in stores or values.get("data") not in stores:
-        values["data"] = data if data in stores else stores[0]
+    if data in stores:
+        values["data"] = data
     models = available()
+    if purpose in PURPOSES:
+        values["purpose"] = purpose
     if model in models:
-        values["model"] = model
-    if values.get("model") not in models:
-        store = open_store(studio.workspace.inside(values["data"]))
-        values["model"], values["recipe"], _ = model_choice("generate", store)
-    _TrainingForm(studio, models, stores, values)
+        values |= {"purpose": purpose_of(models[model]), "model": model}
+    form = _TrainingForm(studio, models, stores, values)
+    form.recommend(choose=model not in models)
+
+
+def purpose_of(model: ModelInfo) -> str:
+    """Return what a model is trained for: one of `PURPOSES`."""
+    if model.task != "generation":
+        return "recognition" if model.task == "classification" else "rating"
+    return {"image": "photograph", "words": "words"}.get(next(iter(model.needs), ""), "generate")
 
 
 class _TrainingForm:
@@ -146,36 +161,64 @@ class _TrainingForm:
         self, studio: Studio, models: dict[str, ModelInfo], stores: list[str], values: dict[str, Any]
     ) -> None:
         self.studio, self.models, self.values = studio, models, values
+        if values.get("model") not in models:
+            values["model"], values["recommended"] = next(iter(models)), None
         self.settings: list[RecipeField] = []
         fields = kit.Form(values, self._changed)
         with kit.column(gap=2):
-            model = fields.choice("model", list(models), "Model").props("options-dense")
-            model.on_value_change(self._choose_model)
+            fields.choice("purpose", PURPOSES, "Purpose", "generate").on_value_change(self.recommend)
+            fields.choice("data", stores, "Store").on_value_change(self.recommend)
+            self.recommended = kit.hint("")
+            self.name = fields.text("name", "Run name")
+            self.error = kit.alert()
+            self.start = ui.button("Start", on_click=self._start).classes("w-full")
+            with ui.expansion("More options").classes("w-full").props("dense") as self.more:
+                self._draw_more(fields)
+            kit.hint("Equivalent command")
+            self.command = kit.code()
+        self._show_model()
+        self._changed()  # restored values do not trigger a change
+
+    def _draw_more(self, fields: kit.Form) -> None:
+        with kit.column(gap=2):
+            self.model_choice = fields.choice("model", list(self.models), "Model").props("options-dense")
+            self.model_choice.on_value_change(self._choose_model)
             self.description = kit.hint("")
-            fields.choice("data", stores, "Store")
             self.recipe = ui.select([], label="Recipe", on_change=self._choose_recipe)
             self.recipe_text = kit.hint("")
             split = fields.choice("split", SPLITS, "Split", "")
             kit.hint("").bind_text_from(split, "value", SPLIT_TEXTS.__getitem__)
             last = fields.number("last", "Test recordings of each material", 2)
             last.bind_visibility_from(split, "value", value="last")
-            with ui.expansion("Data options").classes("w-full").props("dense"):
-                fields.choice("by", GROUPINGS, "Keep together", "recording")
-                label = fields.text("label", "Class", "material", placeholder="material")
-                label.tooltip("Fields that define a class, such as material+contactor")
-                fields.text("where", "Filter recordings", placeholder="contactor=finger")
+            fields.choice("by", GROUPINGS, "Keep together", "recording")
+            label = fields.text("label", "Class", "material", placeholder="material")
+            label.tooltip("Fields that define a class, such as material+contactor")
+            fields.text("where", "Filter recordings", placeholder="contactor=finger")
             self.settings_button = ui.button(SETTINGS, on_click=self._open_settings).props("outline")
-            self.dialog = ui.dialog().props(f'full-width aria-label="{SETTINGS}"')
-            self.name = fields.text("name", "Run name")
-            kit.hint("Equivalent command")
-            self.command, self.error = kit.code(), kit.alert()
-            self.start = ui.button("Start", on_click=self._start).classes("w-full")
-        self._show_model()
-        self._changed()  # restored values do not trigger a change
+        self.dialog = ui.dialog().props(f'full-width aria-label="{SETTINGS}"')
 
     @property
     def model(self) -> ModelInfo:
         return self.models[self.values["model"]]
+
+    def recommend(self, *, choose: bool = True) -> None:
+        """Recommend a model and a recipe for the purpose, or say why the store is not for it.
+
+        They are chosen if they are not those recommended before, unless ``choose`` is false.
+        """
+        self.recommended.text = ""
+        with kit.refusals(self.error):
+            store = open_store(self.studio.workspace.inside(self.values["data"]))
+            items = self.values["label"] == "item"
+            purpose = self.values["purpose"]
+            model, recipe, reason = model_choice(purpose, store, label="item" if items else "material")
+            if choose and self.values.get("recommended") != [model, recipe]:
+                if model != self.values["model"]:
+                    self.values["recipe"] = recipe
+                self.model_choice.value, self.recipe.value = model, recipe
+            self.values["recommended"] = [model, recipe]
+            other = "" if self.values["model"] == model else f" Chosen below: {self.values['model']}."
+            self.recommended.text = f"Recommended: {model}, {reason}.{other}"
 
     def _show_model(self) -> None:
         self.description.text = describe_model(self.model)
@@ -199,6 +242,7 @@ class _TrainingForm:
         self._discard_changes()
         self._show_model()
         self._changed()
+        self.recommend(choose=False)
 
     def _choose_recipe(self, event: Any) -> None:
         if event.value and event.value != self.values["recipe"]:
@@ -230,7 +274,7 @@ class _TrainingForm:
         with kit.column(gap=0):
             label = field.key.removeprefix("config.")
             kit.declared_field(field, label, self.values["changes"].get(field.key, default), change)
-            text = field.text.replace("``", "")
+            text = field.text.replace("`", "")
             if field.published != field.value:
                 origin = "Published" if field.key.startswith("config.") else "Default"
                 text = f"{origin}: {text_of(field.published) or 'none'}. {text}"

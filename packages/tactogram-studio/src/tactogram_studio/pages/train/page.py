@@ -29,10 +29,10 @@ def add(studio: Studio) -> None:
     watch.add(studio)
 
     @kit.route("/train")
-    async def show(model: str = "", data: str = "") -> None:
+    async def show(purpose: str = "", model: str = "", data: str = "") -> None:
         with kit.page("Train"), ui.element("div").classes("grid-2"):
-            with kit.card("Start a training"):
-                form.draw(studio, model=model, data=data)
+            with kit.card("Train a model"):
+                form.draw(studio, purpose=purpose, model=model, data=data)
             with kit.column():
                 await _RunList(studio).draw()
 
@@ -147,7 +147,7 @@ class _RunList:
             kit.mark_simulated(summary is not None and summary.simulated, "simulated data")
             badge(entry.state)
         if summary is not None:
-            text = f"{summary.model} on {summary.data.get('name', 'unknown data')}"
+            text = f"{summary.model}, trained on {summary.data_name}"
         else:
             text = task.command if task else ""
         ui.label(text).classes("quiet small").style("overflow-wrap: anywhere")

@@ -152,8 +152,8 @@ class _RunView:
                 split, names = data.get("split", {}), {"train": "training", "test": "testing"}
                 listed = [part for part in ("train", "validation", "test") if part in split]
                 parts = ", ".join(f"{split[part]} for {names.get(part, part)}" for part in listed)
-                by = f"{data.get('name')} · split by {split.get('by', '?')}"
-                ui.label(f"{self.summary.model} on {by}: {parts}").classes("quiet")
+                by = f"{self.summary.data_name}, split by {split.get('by', '?')}"
+                ui.label(f"{self.summary.model}, trained on {by}: {parts}").classes("quiet")
             if self.task is not None and self.status is not None and self.active:
                 self.progress = ProgressRow(self.trainings)
                 self.progress.update(self.task, self.status)
@@ -184,11 +184,21 @@ class _RunView:
         if self.state in ("stopped", "failed", "unfinished"):
             ui.button("Resume", on_click=self._resume)
         if self.summary.finished:
-            if self.generates:
-                ui.button("Open in Make", on_click=lambda: ui.navigate.to(f"/make?run={quote(self.name)}"))
+            for text, address in self._next_steps():
+                ui.button(text, on_click=partial(ui.navigate.to, address))
             evaluate = ui.button("Evaluate", on_click=self._evaluate).props("outline")
             evaluate.set_enabled(not any(status.active for _, status in self.evaluations))
         ui.button("Delete", on_click=self._ask_delete).props("flat color=negative")
+
+    def _next_steps(self) -> list[tuple[str, str]]:
+        """Return what to do with a trained model: texts of buttons, and the addresses of their pages."""
+        model, name = available().get(self.summary.model), quote(self.name)
+        if model is not None and model.task == "classification":
+            return [
+                ("Classify a file", f"/materials/drop?by={name}"),
+                ("Recognise live", f"/live?run={name}"),
+            ]
+        return [("Generate", f"/make?run={name}")] if self.generates else []
 
     @ui.refreshable_method
     def samples(self) -> None:
