@@ -45,7 +45,8 @@ def _evaluated(result: dict[str, Any]) -> str:
         lines += [f"{name}: {text_of(value)}" for name, value in result["beside"].items()]
         lines += [f"{item}: {why}" for item, why in result["failed"].items()]
     else:
-        lines = [
+        lines = [result["summary"]] if "summary" in result else []
+        lines += [
             f"{measure}: " + ", ".join(f"{column} {text_of(value)}" for column, value in row.items())
             for measure, row in result.get("measures", {}).items()
         ]

@@ -49,6 +49,7 @@ def test_a_position_by_hand():
     assert [found.verdict("d", m) for m in "abc"] == ["between", "beyond", "undecided"]
     assert found.position("recall", "a") == pytest.approx(0.25)
     assert found.beyond_ceiling() == [("d", "b")]
+    assert found.summary == "Between these and other materials in recall; nearer to other materials in d."
     assert found.overall["d"]["model"] == pytest.approx(8 / 3)
     assert found.worse_than("base") == ["d", "recall"]
     assert found.advantage("d", "base")["mean"] == pytest.approx(-2 / 3)

@@ -24,6 +24,8 @@ Tables = dict[str, dict[str, dict[str, float | None]]]
 Row = Mapping[str, float | None]
 Verdict = Literal["floor", "between", "beyond", "undecided"]
 """At the floor or better; between floor and ceiling; beyond the ceiling; the measure does not separate materials."""
+NEAR, FAR = 0.25, 0.5
+"""Positions up to which a measure is near the floor, and from which it is nearer to the ceiling."""
 LONGEST_S, SHORTEST_S = 2.0, 1.0
 """Limits of a piece's length, s. Recordings below the lower limit are left out where every material has longer ones."""
 MOST_PIECES = 12
@@ -89,6 +91,22 @@ class GenerationResult:
             return "undecided"
         return "floor" if position <= 0 else "between" if position <= 1 else "beyond"
 
+    @property
+    def summary(self) -> str:
+        """A sentence: in which measures the model is near the floor, and in which far from it."""
+        parts: dict[str, list[str]] = {
+            "near other recordings of the same material in": [],
+            "between these and other materials in": [],
+            "nearer to other materials in": [],
+        }
+        near, between, far = parts.values()
+        for name in self.values:
+            if (position := self.position(name)) is not None:
+                listed = near if position <= NEAR else between if position < FAR else far
+                listed.append(name.removesuffix("_db").replace("_", " "))
+        text = "; ".join(f"{where} {', '.join(names)}" for where, names in parts.items() if names)
+        return f"{text[:1].upper()}{text[1:]}." if text else "No measure separates these materials."
+
     def beyond_ceiling(self, column: str = MODEL) -> list[tuple[str, str]]:
         """Return the pairs (measure, material) in which ``column`` is beyond the ceiling."""
         return [
@@ -152,6 +170,7 @@ class GenerationResult:
             for name in self.values
         }
         return {
+            "summary": self.summary,
             "measures": self.overall,
             "better": dict(self.better),
             "positions": {

@@ -136,7 +136,7 @@ def _summary(result: GenerationResult) -> list[Block]:
     verdicts = [result.verdict(name, material) for name, rows in result.values.items() for material in rows]
     decided = len(verdicts) - verdicts.count("undecided")
     text = (
-        f"Of {decided} values ({len(result.values)} measures of {len(result.materials)} materials"
+        f"{result.summary} Of {decided} values ({len(result.values)} measures of {len(result.materials)} materials"
         f"{', without those that do not separate materials' if decided < len(verdicts) else ''}) "
         f"{verdicts.count('floor')} are at the floor or better, {verdicts.count('between')} between floor and "
         f"ceiling, {verdicts.count('beyond')} beyond the ceiling."

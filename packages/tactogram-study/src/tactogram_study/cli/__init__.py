@@ -8,6 +8,7 @@ VERBS = {
         "study list": "List the studies that come with the package.",
         "study designs": "List the designs that a study can have, with their margins and power tables.",
         "study languages": "List the languages of participants' pages, or print the texts of one.",
+        "study copy": "Copy a study into a file of your own, to be edited.",
         "study check": "Check a study's file and describe what it asks of a participant.",
         "study simulate": "Let simulated participants take a study, with or without an effect.",
         "study export": "Write the answers of a session as a tidy table or a BIDS folder.",

@@ -104,6 +104,7 @@ VERBS = {
     "study list": Verb(f"{STUDIES}:list_studies", _studies, folders=FOLDERS),
     "study designs": Verb(f"{STUDIES}:list_designs", _designs, folders=FOLDERS),
     "study languages": Verb(f"{STUDIES}:list_languages", _languages, folders=("languages",)),
+    "study copy": Verb(f"{STUDIES}:copy_study", lines_of, folders=FOLDERS),
     "study check": Verb(f"{STUDIES}:check_study", _check, _limited, FOLDERS),
     "study simulate": Verb(f"{SESSIONS}:simulate_study", _simulated, folders=FOLDERS),
     "study export": Verb(f"{WORKFLOWS}.answers:export_study", lines_of, _lost, FOLDERS),

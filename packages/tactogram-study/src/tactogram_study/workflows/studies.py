@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.parameters import checked
+from tactogram.signal.io import atomic_write
+from tactogram.text_files import parse_toml, read_text
 from tactogram_study.designs import designs
 from tactogram_study.questions import Question
-from tactogram_study.study_file import Study, shipped_studies
+from tactogram_study.study_file import NAME, Study, shipped_studies
 from tactogram_study.trials import Page, PageAnswers, Participant, PresentedStimulus
 from tactogram_study.wording import complete_texts, language_texts, missing_texts, own_name
 
@@ -110,6 +113,40 @@ def list_languages(language: str = "") -> dict[str, Any]:
     return {
         tag: {"name": own_name(tag), "missing_texts": list(missing_texts(tag))} for tag in language_texts()
     }
+
+
+@checked
+def copy_study(study: Path | str, *, out: Path | str) -> dict[str, Any]:
+    """Copy a study into a file of your own, to be edited.
+
+    Parameters
+    ----------
+    study : Path or str
+        A study: a TOML file, or one of `study list`.
+    out : Path or str
+        The new file (.toml), whose name becomes that of the study.
+
+    Returns
+    -------
+    dict
+        ``study``, the file, and ``name``.
+
+    Raises
+    ------
+    TactogramError
+        If the study is not valid, the name is no name of a study, or the file exists.
+    """
+    source, target = shipped_studies().get(str(study), Path(study)), Path(out)
+    name = target.stem.replace("-", "_")
+    if target.suffix != ".toml" or not re.fullmatch(NAME, name):
+        raise ParameterError.must("out", "end in .toml, after lower-case letters, digits and _", target.name)
+    text = re.sub(r'(?m)^name = ".*"$', f'name = "{name}"', read_text(source), count=1)
+    Study.of(parse_toml(text, source), where=source.name)
+    if target.exists():
+        raise DataError(target, "exists; choose another name")
+    with atomic_write(target, over=False) as part:
+        part.write_text(text, encoding="utf-8")
+    return {"study": str(target), "name": name}
 
 
 @checked
