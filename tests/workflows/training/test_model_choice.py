@@ -11,6 +11,7 @@ from tactogram.datasets.ratings.ratings import EVOKED
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.workflows.training.model_choice import model_choice
+from tactogram.workflows.training.train import train
 
 
 def stored(folder, *, rate=1000.0, domain="time", recorded=True, **more):
@@ -56,6 +57,23 @@ def test_what_the_closest_model_cannot_learn_is_for_the_other(tmp_path):
     ):
         store = stored(tmp_path / str(number), **kind)
         assert model_choice("generate", store)[:2] == ("texture_flow", recipe)
+
+
+@pytest.mark.parametrize(
+    ("rate", "chosen"), [(100.0, "ar_texture"), (230.0, "texture_flow"), (800.0, "texture_var")]
+)
+def test_the_model_of_a_low_rate_can_learn_from_it(rate, chosen, tmp_path):
+    store = stored(tmp_path, rate=rate)
+    model, recipe, _ = model_choice("generate", store)
+    assert model == chosen
+    if model != "texture_var":
+        with pytest.raises(
+            ParameterError, match=r"rate must be at least 800 Hz, got .*; ar_texture takes any rate"
+        ):
+            train("texture_var", store.path, out=tmp_path / "refused")
+    changes = {"config.steps": 1} if model == "texture_flow" else {}
+    train(model, store.path, recipe=recipe, out=tmp_path / "run", changes=changes)
+    assert (tmp_path / "run" / "model.json").is_file()
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,8 @@ class SurfaceSpectra:
         if n_fft // 2 < config.multiple or n_fft // 2 % config.multiple:
             raise ParameterError(
                 f"windows of {window:g} {units[0]} have {n_fft // 2} bins at {rate:g} {units[1]}, which must be a "
-                f"multiple of {config.multiple} for these widths; lengthen config.{self.window} or take fewer widths"
+                f"multiple of {config.multiple} for these widths; lengthen config.{self.window}, take fewer widths, or "
+                "ar_texture, which takes any rate"
             )
         self.softness, self.iterations = config.softness, config.iterations
         self.transform = STFT(n_fft, n_fft // 4)

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydantic import Field
 
+from tactogram.errors import ParameterError
 from tactogram.model import ModelConfig
 from tactogram.signal import Signal
-from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, ModulatedNoise, mix
+from tactogram.signal.modulated_noise import ARRAYS, FRAME_S, LEAST_RATE, ModulatedNoise, mix
 from tactogram.signal.modulated_noise_fit import LAGS, fit_modulated_noise, log_likelihood
 from tactogram.signal.modulated_noise_synthesis import synthesise_modulated_noise
 from tactogram.signal.texture_map import NoiseMap
@@ -41,6 +42,10 @@ class ModulatedNoiseLearner(TextureLearner[ModulatedNoise]):
         return NoiseMap(models, conditions)
 
     def fit(self, signals: Sequence[Signal]) -> ModulatedNoise:
+        if self.kind.rate < LEAST_RATE:
+            raise ParameterError.must(
+                "rate", f"be at least {LEAST_RATE:g} Hz", self.kind.rate, remedy="ar_texture takes any rate"
+            )
         return fit_modulated_noise(signals, lags=self.config.lags)
 
     def mix(self, models: Sequence[ModulatedNoise], weights: ArrayLike) -> ModulatedNoise:

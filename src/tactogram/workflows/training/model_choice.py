@@ -8,6 +8,8 @@ from tactogram.recipe import Preparation
 from tactogram.signal.modulated_noise import LEAST_RATE
 
 FLOW = "texture_flow"
+FLOW_LEAST_RATE = 230.0
+"""Rate from which its windows have enough bins, Hz."""
 _NEEDED = {"photograph": "photographs", "words": "ratings", "rating": "ratings"}
 
 
@@ -36,8 +38,9 @@ def model_choice(purpose: str, store: Store, *, label: Label = "material") -> tu
     if purpose != "generate":
         recipe = "rated" if purpose == "words" and label == "item" else "quick"
         return FLOW, recipe, "takes photographs and words; of a material by its name, texture_var is closer"
-    if store.rate(first, stream) < LEAST_RATE:
-        return FLOW, "quick", f"learns from recordings below {LEAST_RATE:g} Hz, too"
+    if (rate := store.rate(first, stream)) < LEAST_RATE:
+        model = FLOW if rate >= FLOW_LEAST_RATE else "ar_texture"
+        return model, "quick", f"learns from recordings below {LEAST_RATE:g} Hz, too"
     plural = {"photograph": "photographs", "words": "words"}
     others = ", ".join(["other speeds and forces", *(plural[name] for name, held in has.items() if held)])
     return "texture_var", "quick", f"closest to recordings of a known material; {FLOW} also takes {others}"
