@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from tactogram.datasets import open_store as open_store
     from tactogram.rendering.displays.catalogue import open_display as open_display
     from tactogram.rendering.drive.fit import fit as fit
+    from tactogram.rendering.ready_effects import effect as effect, effects as effects
     from tactogram.signal import Signal as Signal
     from tactogram.signal.io import read_signal as read_signal, write_signal as write_signal
     from tactogram.signal.motion import Motion as Motion
@@ -45,6 +46,8 @@ _PLACES = {
     "convert": "tactogram.workflows.data.convert",
     "open_display": "tactogram.rendering.displays.catalogue",
     "fit": "tactogram.rendering.drive.fit",
+    "effect": "tactogram.rendering.ready_effects",
+    "effects": "tactogram.rendering.ready_effects",
 }
 
 __all__ = list(_PLACES)

@@ -5,6 +5,7 @@ import pytest
 
 import tactogram
 from tactogram.errors import ParameterError
+from tactogram.rendering import carrier
 from tactogram.signal.io import read_signal, write_signal
 
 
@@ -24,6 +25,21 @@ def test_a_task_gives_what_generate_gives(shipped, task, given, condition):
     made = tactogram.pipeline(task, shipped)(given, speed_mm_s=120, seconds=1, seed=3)
     (expected,) = tactogram.generate(shipped, {**condition, "speed_mm_s": 120}, seconds=1, seed=3)
     np.testing.assert_array_equal(made.samples, expected.samples)
+
+
+def test_a_text_may_name_an_effect_and_says_what_it_understood(shipped):
+    touch = tactogram.pipeline("text-to-touch", shipped)
+    beats = touch("my heartbeat", seconds=5)
+    assert (beats.unit, beats.seconds) == ("1", 5)
+    np.testing.assert_array_equal(beats.samples, carrier(tactogram.effect("heartbeat", seconds=5)).samples)
+    drops = [touch("rain on a tent", seed=seed).samples for seed in (1, 1, 2)]
+    np.testing.assert_array_equal(drops[0], drops[1])
+    assert (drops[0] != drops[2]).any()
+    assert str(touch.understood("wet cork")) == "understood: cork 1; not understood: wet"
+    with pytest.raises(ParameterError, match="heartbeat is an effect, which is not stroked"):
+        touch("heartbeat", speed_mm_s=100)
+    with pytest.raises(ParameterError, match="must name a material or an effect that is known"):
+        touch("a cat")
 
 
 def test_a_stroke_may_be_a_file_of_another_rate(shipped, texture, tmp_path):

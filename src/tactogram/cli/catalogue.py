@@ -53,6 +53,7 @@ VERBS = {
     },
     "rendering": {
         "displays": "List the displays, or show one.",
+        "effect": "List the ready effects, or write one as a haptic file or a signal.",
         "render": "Render a signal to the drive of a display, with a report of what changed.",
     },
 }

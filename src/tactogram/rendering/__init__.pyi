@@ -107,3 +107,8 @@ from .photo_relief import (
     WIDTH_MM as WIDTH_MM,
     photo_to_touch as photo_to_touch,
 )
+from .ready_effects import (
+    effect as effect,
+    effects as effects,
+    find_effect as find_effect,
+)

@@ -67,6 +67,10 @@ from .generation.generate import (
 from .generation.photographs import (
     description_text as description_text,
 )
+from .generation.text_understanding import (
+    Understanding as Understanding,
+    understand as understand,
+)
 from .generation.word_scores import (
     ask as ask,
     some_words as some_words,

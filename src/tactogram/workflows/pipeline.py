@@ -9,10 +9,13 @@ from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.model.conditions import some_of
+from tactogram.rendering.files.analysis import carrier
+from tactogram.rendering.ready_effects import effect
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_signal
 from tactogram.signal.motion import Motion
 from tactogram.workflows.generation.generate import generate
+from tactogram.workflows.generation.text_understanding import Understanding, understand
 from tactogram.workflows.recognition.classify import classify
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
@@ -40,8 +43,8 @@ class Generation:
         Parameters
         ----------
         given : str, dict, Signal, Image or path
-            A text in English; scores by word, ``{"rough": 6}``; a material or weights of several; a recorded stroke, a
-            photograph, or the path of one.
+            A text in English, of a material or of a ready effect (`tactogram.effects`); scores by word, ``{"rough":
+            6}``; a material or weights of several; a recorded stroke, a photograph, or the path of one.
         speed_mm_s, force_n, motion : float, float, Motion, optional
             How the surface is stroked: constant speed in mm/s and force in N, or both over time.
         given_speed_mm_s : float, optional
@@ -52,9 +55,15 @@ class Generation:
         Raises
         ------
         ParameterError
-            If the run does not take such an input, or knows no such material or word.
+            If the run does not take such an input, or knows no such material or word; of a text, if it names none.
         """
         name = _TASKS[self.task].given
+        if name == "text" and isinstance(given, str) and (ready := self.understood(given).effect):
+            if any(value is not None for value in (speed_mm_s, force_n, motion)):
+                raise ParameterError(
+                    f"{ready} is an effect, which is not stroked: omit speed, force and motion"
+                )
+            return carrier(effect(ready, seconds=seconds, seed=seed))
         condition = {
             name: _READERS[name](self.run, given) if name in _READERS else given,
             "speed_mm_s": speed_mm_s,
@@ -64,6 +73,10 @@ class Generation:
         }
         (result,) = generate(self.run, condition, seconds=seconds, seed=seed)
         return result
+
+    def understood(self, text: str) -> Understanding:
+        """Return what a text in English names: a ready effect or materials, and words that name neither."""
+        return understand(text, self.run.any_kind.materials)
 
 
 @dataclass(frozen=True)

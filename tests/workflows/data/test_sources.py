@@ -6,7 +6,7 @@ import pytest
 from tactogram.errors import ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
-from tactogram.workflows.data.sources import haptic_name, read_source, suffix_of
+from tactogram.workflows.data.sources import read_source, suffix_of, target_format
 
 READING = dict.fromkeys(("unit", "rate", "axes", "time", "sheet", "part", "full_scale"))
 CHANGES = dict.fromkeys(("axis", "map", "play_at", "width_mm", "resample_to"))
@@ -40,8 +40,8 @@ def test_a_format_has_its_suffix():
 
 
 def test_the_target_has_the_suffix_of_its_format(tmp_path):
-    assert haptic_name("ahap", tmp_path / "x.ahap") == "ahap"
-    assert haptic_name("wav", tmp_path / "x.wav") is None
-    assert haptic_name(None, tmp_path / "x.ahap") is None
+    assert target_format(tmp_path / "x.ahap", "ahap").name == "ahap"
+    assert target_format(tmp_path / "x.wav", "wav") is None
+    assert target_format(tmp_path / "x.ahap", None).name == "ahap"
     with pytest.raises(ParameterError, match="format ahap is written as .ahap, got x.json"):
-        haptic_name("ahap", tmp_path / "x.json")
+        target_format(tmp_path / "x.json", "ahap")

@@ -12,11 +12,10 @@ from scipy.ndimage import gaussian_filter
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store
-from tactogram.datasets.everyday import SYNONYMS
 from tactogram.datasets.store.photographs import photograph_of
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features import text_classifier
-from tactogram.features.text_classifier import describe
+from tactogram.features.text_classifier import mixed
 from tactogram.model import Limit, Model, SignalKind, limits_within, word_limits
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_metadata, read_signal, write_image, write_signal
@@ -28,8 +27,6 @@ from tactogram_studio.generation.runs import GeneratingRuns
 from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.shelf import ResultArchive
-
-MATERIALS = load_run("texture_flow").kind.materials
 
 
 @pytest.mark.parametrize(
@@ -47,34 +44,6 @@ def test_the_call_itself_refuses_what_is_wrong(condition, options, message):
         generate("texture_flow", condition, **options)
 
 
-@pytest.mark.parametrize(
-    ("text", "material"),
-    [
-        ("Corrugated cardboard", "corrugated-cardboard"),
-        ("a sheet of paper", "printer-paper"),
-        ("bark of an oak tree", "tree-bark"),
-        ("blue jeans", "denim"),  # by another name
-        ("tarmac", "asphalt"),
-    ],
-)
-def test_a_text_describes_the_material_most_like_it(text, material):
-    weights = describe(text, MATERIALS, synonyms=SYNONYMS)
-    assert next(iter(weights)) == material
-    assert weights[material] > 0.5
-    assert sum(weights.values()) == pytest.approx(1, abs=1e-3)
-
-
-def test_what_is_like_several_materials_is_a_mix_of_them():
-    weights = describe("sandpaper or cork", ["cork", "sand_paper", "tile"], synonyms={})
-    assert weights.keys() == {"cork", "sand_paper"}
-
-
-@pytest.mark.parametrize("text", ["happiness", "quantum mechanics", "xqzw"])
-def test_what_is_like_none_is_refused(text):
-    with pytest.raises(ParameterError, match="is like none of the 84; the nearest are"):
-        describe(text, MATERIALS, synonyms=SYNONYMS)
-
-
 def test_a_described_material_is_that_material():
     described, named = (
         next(generate("texture_flow", {**given, "speed_mm_s": 100.0}, seconds=1)).samples
@@ -90,8 +59,14 @@ def test_a_file_tells_what_was_described_and_what_was_taken(tmp_path, capsys):
     [written] = json.loads(capsys.readouterr().out)["files"]
     assert written["text"] == "lego bricks"
     assert written["material"] == {"studded-plastic": 1.0}
+    assert "not_understood" not in written
+    told[3] = "wet lego bricks"
     assert main(told) == 0
-    assert "described: studded-plastic 1" in capsys.readouterr().out
+    assert "described: studded-plastic 1; not understood: wet" in capsys.readouterr().out
+    assert read_metadata(out)["not_understood"] == ["wet"]
+    told[3] = "heart beat"
+    assert main(told) == 1
+    assert "is an effect, no material; `tactogram effect heartbeat --out FILE`" in capsys.readouterr().err
 
 
 def test_a_surface_is_described_once_and_by_a_run_that_knows_materials():
@@ -113,7 +88,7 @@ def test_without_the_extra_it_says_what_to_install(monkeypatch):
     text_classifier._encoder.cache_clear()
     monkeypatch.setitem(sys.modules, "wordllama", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'tactogram\[text\]'"):
-        describe("silk", ["silk"], synonyms={})
+        mixed({"silk": "silk", "satin": "satin"}, synonyms={})
 
 
 # -- a library of one's own ----------------------------------------------------------------------------------

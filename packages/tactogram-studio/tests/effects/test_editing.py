@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 from tactogram.errors import ParameterError
 from tactogram.rendering.files import read_haptic, write_haptic
 from tactogram_studio.effects import editing as edit
-from tactogram_studio.effects.editing import ready_effects, shifted
+from tactogram_studio.effects.editing import ready_track, shifted
 from tactogram_studio.effects.effect import LEAST_S, Effect, Point, Track, Transient, mixed, track_of
 
 
@@ -135,7 +135,7 @@ def test_merging_mixes_the_tracks_that_sound():
 
 @pytest.mark.parametrize("format", ["ahap", "haptic"])
 def test_what_was_drawn_comes_back_from_a_file(format, tmp_path):
-    tap, buzz = ready_effects()["Double tap"].track, ready_effects()["Ramp down"].track
+    tap, buzz = ready_track("double-tap"), ready_track("ramp-down")
     effect = Effect(tracks=(tap, shifted(buzz, 0.3)))
     path = tmp_path / f"x.{format}"
     write_haptic(path, mixed(effect), format=format)

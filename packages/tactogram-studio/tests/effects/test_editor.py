@@ -1,7 +1,7 @@
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.editing import ready_track
 from tactogram_studio.effects.editor import Editor
 from tactogram_studio.effects.effect import Effect, Track
 
@@ -9,7 +9,7 @@ from tactogram_studio.effects.effect import Effect, Track
 def ready(*titles):
     editor = Editor(Effect())
     for title in titles:
-        editor.insert((ready_effects()[title].track,))
+        editor.insert((ready_track(title.lower().replace(" ", "-")),))
     return editor
 
 

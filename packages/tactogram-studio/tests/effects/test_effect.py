@@ -2,11 +2,12 @@ import numpy as np
 import pytest
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering.files import haptic_formats, read_haptic, write_haptic
+from tactogram.rendering import effects
+from tactogram.rendering.files import read_haptic
 from tactogram.rendering.files.analysis import envelope_of
 from tactogram.rendering.files.events import Events, Transient as Tap
 from tactogram.signal import Signal
-from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.editing import ready_track
 from tactogram_studio.effects.effect import (
     Effect,
     Point,
@@ -67,25 +68,23 @@ def test_nothing_to_play_is_refused():
 
 
 def test_an_effect_survives_json_and_damage_is_refused():
-    effect = Effect(title="Æ", tracks=(ready_effects()["Error"].track,), simulated=True)
+    effect = Effect(title="Æ", tracks=(ready_track("error"),), simulated=True)
     assert effect_from_json(effect.to_json(), where="x") == effect
     for text in ("{", "[]", '{"tracks":[{"amplitude":[{"time":1,"value":2}]}]}', '{"tracks":[{"gain":NaN}]}'):
         with pytest.raises(DataError, match="x: not an effect: "):
             effect_from_json(text, where="x")
 
 
-@pytest.mark.parametrize("title", ready_effects())
-def test_a_ready_effect_is_short_strong_and_fits_every_format(title, tmp_path):
-    track = ready_effects()[title].track
-    effect = Effect(tracks=(track,))
-    events = mixed(effect)
+@pytest.mark.parametrize("name", effects())
+def test_a_ready_effect_is_a_track_that_plays_the_same(name):
+    track, ready = ready_track(name), effects()[name]
+    assert track.title == ready.title
     assert track.start == 0
-    assert track.end <= 3
-    assert 0.7 <= events.peak <= 1
-    for name, kind in haptic_formats().items():
-        path = tmp_path / f"{name}{kind.suffix}"
-        assert write_haptic(path, events, format=name)["full_scale"] == 1
-        assert read_haptic(path, format=name).signal.samples.any()
+    assert ready.seconds - 0.05 < track.end <= ready.seconds + 0.001  # a track ends with its last transient
+    own, drawn = ready.events(), mixed(Effect(tracks=(track,)))
+    assert drawn.peak == pytest.approx(own.peak, abs=0.02)
+    t = np.arange(0.0005, ready.seconds, 0.001)
+    np.testing.assert_allclose(drawn.strength(t), own.strength(t), atol=0.05)
 
 
 def test_a_signal_becomes_a_track_relative_to_its_peak():

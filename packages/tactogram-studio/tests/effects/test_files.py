@@ -5,7 +5,7 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import haptic_formats, read_haptic
-from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.editing import ready_track
 from tactogram_studio.effects.editor import Editor
 from tactogram_studio.effects.effect import Effect, Track
 from tactogram_studio.effects.files import SavedEffects, WrittenFiles, feel_path, file_by_ticket
@@ -15,7 +15,7 @@ KEYS = SessionKeys("j" * 16, bytes(32))
 
 
 def effect(title="Warning", **values):
-    return Effect(title=title, tracks=(ready_effects()[title].track,), **values)
+    return Effect(title=title, tracks=(ready_track(title.lower().replace(" ", "-")),), **values)
 
 
 @pytest.mark.parametrize("format", haptic_formats())
@@ -40,7 +40,7 @@ def test_the_phone_gets_exactly_the_pattern_of_a_pattern(tmp_path):
 
 
 def test_a_mix_above_full_scale_is_said_to_be_scaled(tmp_path):
-    loud = Effect(tracks=tuple(ready_effects()["Buzz"].track for _ in range(4)), simulated=True)
+    loud = Effect(tracks=tuple(ready_track("buzz") for _ in range(4)), simulated=True)
     file = WrittenFiles(tmp_path).write(loud, "ahap")
     assert "The strongest moment is 1.6" in file.told[2]
     assert "0.62 times as strong" in file.told[2]
@@ -86,7 +86,7 @@ def test_a_ticket_leads_to_its_own_file_only(tmp_path):
 def ready(*titles):
     editor = Editor(Effect())
     for title in titles:
-        editor.insert((ready_effects()[title].track,))
+        editor.insert((ready_track(title.lower().replace(" ", "-")),))
     return editor
 
 

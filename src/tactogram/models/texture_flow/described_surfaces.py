@@ -27,7 +27,7 @@ from scipy.stats import t as student
 
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.features.photo_descriptor import check_photograph, descriptor
-from tactogram.features.text_classifier import LEAST_SIMILARITY, embedded
+from tactogram.features.text_classifier import embedded
 from tactogram.model import Saved
 from tactogram.models.texture_flow.surfaces import Surface
 from tactogram.nn.trunks import Trunk
@@ -51,6 +51,8 @@ SAME, SHARPNESS = 0.8, 12
 """A photograph is as likely as not of a material if it is this share as far from one of it as the nearest of another
 material. Of 100 real photographs, 95 halves were nearer than 0.78 to the other half; of the whole ones, with their own
 material left out, 90 were farther than 0.82 from all others."""
+LEAST_SIMILARITY = 0.3
+"""Cosine of embeddings below which a text is like no material's name."""
 LEAST = 1e-12
 """Squared distance, above 0."""
 

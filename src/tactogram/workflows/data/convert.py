@@ -133,10 +133,10 @@ def convert(
     options = {name: value for name, value in locals().items() if name != "check"}
     from tactogram.rendering.displays.catalogue import open_display
     from tactogram.rendering.drive.axes import to_one_axis
-    from tactogram.rendering.files.catalogue import format_for, haptic_suffixes
+    from tactogram.rendering.files.catalogue import haptic_suffixes
     from tactogram.rendering.files.conversion import write_haptic
-    from tactogram.signal.io import WRITABLE, write_signal
-    from tactogram.workflows.data.sources import haptic_name, read_source
+    from tactogram.signal.io import write_signal
+    from tactogram.workflows.data.sources import read_source, target_format
 
     reading: dict[str, Any] = {
         "unit": unit,
@@ -163,12 +163,7 @@ def convert(
     designed = source.suffix.lower() in haptic_suffixes()  # with what a format of ours cannot keep
     if designed and source.exists() and target.exists() and source.samefile(target):
         raise ParameterError(f"{target} would overwrite its source; choose another target")
-    kind = format_for(target, haptic_name(format, target))
-    known = (*WRITABLE, *haptic_suffixes())
-    if kind is None and target.suffix.lower() not in known:
-        raise ParameterError(
-            f"{target}: suffix must be one of {', '.join(known)}, got {target.suffix or 'none'}"
-        )
+    kind = target_format(target, format)
     if kind is not None and subtype is not None:
         raise ParameterError(f"is of WAV and FLAC; {kind.title} has none", parameter="subtype")
     for name, value in (("display", display), ("modality", modality)):

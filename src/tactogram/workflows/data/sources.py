@@ -10,7 +10,7 @@ from typing import Any
 from tactogram.errors import Message, ParameterError, Remedy
 from tactogram.rendering.drive.axes import to_one_axis
 from tactogram.rendering.files.analysis import READ_RATE
-from tactogram.rendering.files.catalogue import haptic_formats, haptic_suffixes
+from tactogram.rendering.files.catalogue import HapticFormat, format_for, haptic_formats, haptic_suffixes
 from tactogram.rendering.files.reading import HapticFile, read_haptic
 from tactogram.rendering.photo_relief import SPEED_MM_S, WIDTH_MM, photo_to_touch
 from tactogram.rendering.sound_map import SoundMap, sound_to_touch
@@ -81,17 +81,22 @@ def _drawn(source: Path, width_mm: float, speed_mm_s: float, rate: float) -> Con
     return ConversionSource(signal, read_image_metadata(source), mapped=mapped)
 
 
-def haptic_name(format: str | None, target: Path) -> str | None:
-    """Return the name of the haptic format to write; None where the suffix implies it, or the format is not haptic.
+def target_format(target: Path, format: str | None) -> HapticFormat | None:
+    """Return the haptic format to write, by its name or else by suffix; None of a signal.
 
-    `ParameterError` if the target has another suffix than the format.
+    `ParameterError` if the target has another suffix than the format, or one of neither.
     """
-    if format is None:
-        return None
-    suffix = suffix_of(format)
-    if target.suffix.lower() != suffix:
-        raise ParameterError(f"format {format} is written as {suffix}, got {target.name}")
-    return format if format not in SIGNAL_FORMATS else None
+    if format is not None:
+        suffix = suffix_of(format)
+        if target.suffix.lower() != suffix:
+            raise ParameterError(f"format {format} is written as {suffix}, got {target.name}")
+    kind = format_for(target, None if format in SIGNAL_FORMATS else format)
+    known = (*WRITABLE, *haptic_suffixes())
+    if kind is None and target.suffix.lower() not in known:
+        raise ParameterError(
+            f"{target}: suffix must be one of {', '.join(known)}, got {target.suffix or 'none'}"
+        )
+    return kind
 
 
 def suffix_of(format: str) -> str:

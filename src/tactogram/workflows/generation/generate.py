@@ -9,9 +9,9 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets.everyday import SYNONYMS, known_from
+from tactogram.datasets.everyday import known_from
 from tactogram.errors import ParameterError
-from tactogram.features.text_classifier import describe, plain
+from tactogram.features.text_classifier import plain
 from tactogram.model import Condition, Limit, check_options, check_values, condition_options
 from tactogram.parameters import checked
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
@@ -23,6 +23,7 @@ from tactogram.signal.io import WRITABLE, read_image, read_signal, write_image, 
 from tactogram.signal.motion import Motion
 from tactogram.training.seeds import child_seed
 from tactogram.workflows.generation.photographs import description_facts
+from tactogram.workflows.generation.text_understanding import material_in, understand
 from tactogram.workflows.generation.word_scores import some_words
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 
@@ -174,8 +175,9 @@ def generate_files(
         file; over displacement ``length_mm`` and ``rate_per_mm`` instead of seconds and Hz; of an image ``rows``,
         ``columns`` and ``simulated``; of a haptic file also ``written``, as of `write_haptic`. The facts of
         `tactogram.workflows.generation.photographs.description_facts`; of a text the ``material`` that it describes,
-        weight by name, if it is not predicted; of an everyday material what it was ``set_from``; of several results of
-        a model without noise ``differ_by``; ``limited``, sentences, if something is outside of what was learned.
+        weight by name, and words ``not_understood``, if it is not predicted; of an everyday material what it was
+        ``set_from``; of several results of a model without noise ``differ_by``; ``limited``, sentences, if something is
+        outside of what was learned.
 
     Raises
     ------
@@ -265,7 +267,11 @@ def condition_facts(run: LoadedRun, condition: Condition, recorded: Signal | Non
     ``recorded`` is the condition's vibration as it was recorded.
     """
     asked, text = with_materials(run, condition), condition.get("text")
-    facts = {} if text is None else {"text": text} | {k: asked[k] for k in ("material",) if k in asked}
+    facts: dict[str, Any] = {} if text is None else {"text": text}
+    if text is not None and "material" in asked:
+        facts["material"] = asked["material"]
+        if unknown := understand(text, run.any_kind.materials).unknown:
+            facts["not_understood"] = list(unknown)
     facts |= description_facts(run, asked)
     if origins := set_from(run, asked.get("material")):
         facts["set_from"] = origins
@@ -339,10 +345,10 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
     """Return a condition whose ``text``, if it has one, is replaced by the weights of the materials it describes.
 
     The name of a material, with no photograph, is that material. Another text stays for a run that predicts surfaces
-    from text; otherwise it is a mix of the materials that it is most like.
+    from text; otherwise it is a mix of the materials that it names (`text_understanding.understand`).
 
     Raises `ParameterError` if the model takes no material or knows none, a material is given too, or the text of a mix
-    is like none of them; `MissingExtraError` without the extra ``text``.
+    names none of them; `MissingExtraError` if it names several, without the extra ``text``.
     """
     asked = dict(condition)
     text = asked.pop("text", None)
@@ -359,7 +365,7 @@ def with_materials(run: LoadedRun, condition: Condition) -> dict[str, Any]:
         return asked | {"material": {named[0]: 1.0}}
     if run.model.prediction_facts(condition):
         return asked | {"text": text}
-    return asked | {"material": describe(text, materials, synonyms=SYNONYMS)}
+    return asked | {"material": material_in(text, materials)}
 
 
 def set_from(run: LoadedRun, material: str | Mapping[str, float] | None) -> dict[str, str]:

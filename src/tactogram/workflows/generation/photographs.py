@@ -42,7 +42,8 @@ def description_text(facts: Mapping[str, Any]) -> str:
     """Return `condition_facts` on a description as a sentence without a full stop; "" if a reader needs none."""
     mix = facts.get("material", {}) if "text" in facts else {}
     described = f"described: {', '.join(f'{name} {weight:g}' for name, weight in mix.items())}" if mix else ""
-    return "; ".join(filter(None, (described, _photograph_text(facts))))
+    unknown = f"not understood: {', '.join(facts['not_understood'])}" if "not_understood" in facts else ""
+    return "; ".join(filter(None, (described, unknown, _photograph_text(facts))))
 
 
 def _photograph_text(facts: Mapping[str, Any]) -> str:

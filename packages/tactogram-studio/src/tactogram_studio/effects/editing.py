@@ -1,19 +1,16 @@
-"""Editing of effects, as pure functions that return a new track or effect, and the ready effects in library.toml."""
+"""Editing of effects, as pure functions that return a new track or effect."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from tactogram.errors import ParameterError
-from tactogram.rendering import HIGHEST_HZ, thinned
-from tactogram.text_files import read_toml
+from tactogram.rendering import HIGHEST_HZ, effects, thinned
 from tactogram_studio.effects.effect import (
     DIGITS,
     LEAST_S,
@@ -34,7 +31,6 @@ _DRAWN = 0.02
 """Share of the range by which a line may deviate from what was drawn by hand."""
 _STRAIGHT = 1e-3
 """Share of the range from which a point counts as off the line between its neighbours."""
-FILE = Path(__file__).with_name("library.toml")
 
 
 def with_point(track: Track, line: Line, time: float, value: float) -> tuple[Track, int]:
@@ -298,33 +294,8 @@ def _straightened(points: tuple[Point, ...], span: float) -> tuple[Point, ...]:
     return tuple(kept[:1] if len({point.value for point in kept}) == 1 and span > 1 else kept)
 
 
-@dataclass(frozen=True)
-class ReadyEffect:
-    """A track that begins at 0 s, with a sentence about it."""
-
-    track: Track
-    about: str
-
-
 @cache
-def ready_effects() -> dict[str, ReadyEffect]:
-    """Return the ready effects by title."""
-    effects = {}
-    for values in read_toml(FILE)["effect"]:
-        track = Track(
-            title=values["title"],
-            amplitude=_line_of(values.get("amplitude", ())),
-            frequency=_line_of(values.get("frequency", [[0.0, 170.0]])),
-            transients=tuple(
-                Transient(time=float(time), amplitude=float(amplitude), frequency=float(hz))
-                for time, amplitude, hz in values.get("transients", ())
-            ),
-        )
-        if times := values.get("times"):
-            track = repeated(track, 0.0, values["every"], times=times)
-        effects[track.title] = ReadyEffect(track, values["about"])
-    return effects
-
-
-def _line_of(pairs: Iterable[tuple[float, float]]) -> tuple[Point, ...]:
-    return tuple(Point(time=float(time), value=float(value)) for time, value in pairs)
+def ready_track(name: str) -> Track:
+    """Return one of `tactogram.effects` as a track that begins at 0 s."""
+    ready = effects()[name]
+    return track_of(ready.events(), ready.title)

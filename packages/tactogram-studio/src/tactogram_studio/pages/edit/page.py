@@ -11,10 +11,10 @@ from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering import haptic_format, haptic_formats, to_one_axis
+from tactogram.rendering import effects, haptic_format, haptic_formats, to_one_axis
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.effects.editing import ready_effects
+from tactogram_studio.effects.editing import ready_track
 from tactogram_studio.effects.editor import Editor
 from tactogram_studio.effects.effect import (
     Effect,
@@ -175,8 +175,8 @@ def draw_sources(
     with kit.card("Ready effects", classes="w-full edit-card"):
         kit.hint("Each becomes a track at the cursor.")
         with ui.element("div").classes("edit-ready"):
-            for title, ready in ready_effects().items():
-                button = ui.button(title, on_click=partial(insert, (ready.track,), False))
+            for name, ready in effects().items():
+                button = ui.button(ready.title, on_click=partial(insert, (ready_track(name),), False))
                 button.props("outline dense").tooltip(ready.about)
     with kit.card("Results and files", classes="w-full edit-card"):
         kit.signal_choice(sources, "kept", add_signal)
