@@ -1,4 +1,5 @@
 import base64
+import json
 import math
 import re
 import shutil
@@ -27,6 +28,7 @@ from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture, No
 from tactogram_playback.streaming.texture_table import TextureTable
 from tactogram_playback.streaming.textures import AutoregressiveTexture, SurfaceTexture
 from tactogram_studio.pages.touch import parse_request
+from tactogram_studio.touch.bundling import element_script
 from tactogram_studio.touch.tables import rounded_parameters, table_of_map
 
 """The page Touch in a browser: its sound thread makes what Python's stream makes of the same motion.
@@ -666,6 +668,21 @@ def test_what_cannot_be_felt_is_said_in_its_row(tab):
     tab.wait_for_selector(".touch-error")
     assert tab.inner_text(".touch-error") == "recordings/gone.wav: no such file in the workspace"
     tab.wrong.clear()  # the browser notes the refused requests
+
+
+def test_a_texture_is_saved_for_other_pages_and_engines(touch):
+    with touch.expect_download() as download:
+        touch.get_by_role("link", name="its JSON").click()
+    assert download.value.suggested_filename == "ridges.json"
+    document = json.loads(download.value.path().read_text(encoding="utf-8"))
+    assert (document["format"], document["version"], document["rate"]) == ("tactogram-texture", 1, 48_000)
+    assert (document["kind"], document["unit"], document["picture"]["kind"]) == ("surface", "m/s^2", "drawn")
+    with touch.expect_download() as download:
+        touch.get_by_role("link", name="tactogram.js").click()
+    assert download.value.path().read_text(encoding="utf-8") == element_script()
+    touch.get_by_role("link", name="Convert to a haptic file").click()
+    touch.get_by_role("tab", name="To a haptic file", selected=True).wait_for()
+    touch.get_by_role("heading", name=RIDGES).wait_for()
 
 
 def test_a_dropped_recording_is_kept_and_felt(touch, workspace, tmp_path):

@@ -4,8 +4,6 @@ import json
 
 import pytest
 
-from tactogram_studio.touch.shared_page import bundled
-
 VOICES = "studio/first/voices"
 HEARD = "() => window.tactogramTouch.report.rms"
 
@@ -69,19 +67,3 @@ def test_what_cannot_be_shared_is_refused_in_a_line(tab, rows, message):
     answer = tab.request.get("/touch/shared", params={"rows": text})
     assert answer.status == 400
     assert message in answer.json()["error"]
-
-
-def test_modules_become_one(tmp_path):
-    (tmp_path / "main.js").write_text(
-        'import { twice as doubled } from "./twice.js";\nimport { ONE } from "/static/one.js";\nlog(doubled(ONE));\n'
-    )
-    (tmp_path / "twice.js").write_text(
-        'import { ONE } from "./one.js";\n\nexport function twice(x) {\n  return 2 * ONE * x;\n}\n'
-    )
-    (tmp_path / "one.js").write_text("export const ONE = 1;\n")
-    text = bundled(tmp_path / "main.js", {"/static/": tmp_path})
-    assert text.index("$one = ") < text.index("$twice = ") < text.index("log(")
-    assert text.count("ONE = 1") == 1
-    assert "import {" not in text
-    assert "export" not in text
-    assert "const { twice: doubled } = $twice;" in text

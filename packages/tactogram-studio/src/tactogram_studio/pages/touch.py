@@ -22,6 +22,8 @@ from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.touch.bundling import element_script
+from tactogram_studio.touch.document import texture_document
 from tactogram_studio.touch.pictures import picture_of
 from tactogram_studio.touch.shared_page import shared_page
 from tactogram_studio.touch.sources import (
@@ -29,7 +31,7 @@ from tactogram_studio.touch.sources import (
     TouchSources,
     texture_choices,
 )
-from tactogram_studio.workspace.uploads import save_upload
+from tactogram_studio.workspace.uploads import safe_name, save_upload
 
 MARKUP = Path(__file__).parents[1] / "static" / "touch.html"
 UPLOADED = "uploads"
@@ -81,10 +83,23 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
     async def shared(rows: str) -> Response:
         def made() -> Response:
             page = shared_page(rows, sources)
-            headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(page.file_name)}"}
-            return Response(page.html, media_type="text/html", headers=headers)
+            return _attachment(page.html, page.file_name, "text/html")
 
         return await kit.in_background(_response, made)
+
+    @app.get("/touch/texture")
+    async def texture(request: Request) -> Response:
+        def made() -> Response:
+            wanted = parse_request(request.query_params)
+            table = sources.table(wanted)
+            name = f"{safe_name(table.head['name'])}.json"
+            return _attachment(texture_document(table, picture_of(sources, wanted)), name, "application/json")
+
+        return await kit.in_background(_response, made)
+
+    @app.get("/touch/tactogram.js")
+    def script() -> Response:
+        return _attachment(element_script(), "tactogram.js", "text/javascript")
 
     @app.get("/touch/picture")
     async def picture(request: Request) -> Response:
@@ -93,6 +108,11 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
             return Response(shown.webp, media_type="image/webp", headers=shown.headers())
 
         return await kit.in_background(_response, made)
+
+
+def _attachment(content: str, name: str, media_type: str) -> Response:
+    headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"}
+    return Response(content, media_type=media_type, headers=headers)
 
 
 def _response(respond: Callable[[], Response]) -> Response:

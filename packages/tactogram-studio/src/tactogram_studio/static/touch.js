@@ -5,11 +5,9 @@ import { BEGINS_MS } from "/participants/static/awake.js";
 import { Pad } from "./touch_pad.js";
 import { Rows } from "./touch_rows.js";
 import { ASSUMED, calibrate, measured } from "./touch_scale.js";
-import { Sound, drawSpectrum, quantile } from "./touch_sound.js";
+import { SAFE_DB, Sound, drawSpectrum, quantile } from "./touch_sound.js";
 import { Vibration } from "./touch_vibration.js";
 
-/** Peak of the first textures, in dB of full scale: audible, and harmless on headphones. */
-const SAFE_DB = -20;
 /** Textures with a higher peak reduce the gain to `SAFE_DB` when they are chosen. */
 const LOUD_DB = -6;
 /** Approximate difference between a texture's peak and the loudest bin of its spectrum. */

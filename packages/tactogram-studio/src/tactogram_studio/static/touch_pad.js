@@ -39,7 +39,12 @@ export class Pad {
     this._hand = null;
     this._still = matchMedia("(prefers-reduced-motion: reduce)");
     this._listen();
-    setInterval(() => this._beat(performance.now()), BEAT_MS);
+    this._timer = setInterval(() => this._beat(performance.now()), BEAT_MS);
+  }
+
+  /** Send nothing any more. */
+  close() {
+    clearInterval(this._timer);
   }
 
   get size() {
@@ -168,6 +173,7 @@ export class Pad {
   }
 
   _keyDown(event) {
+    if (event.target !== this.element) return; // a button's keys are its own
     if (event.key === " ") {
       event.preventDefault();
       if (!event.repeat) this._tell({ kind: "tap", strength: this.force });

@@ -206,7 +206,7 @@ export class Rows {
       };
       head.append(remove);
     }
-    item.append(head, this._facts(row));
+    item.append(head, this._facts(row), saves(row));
     if (this.arrangement === "mixed" && this._rows.length > 1) item.append(this._weight(row, n));
     item.append(this._more(row, n));
     return item;
@@ -257,6 +257,23 @@ export class Rows {
     details.ontoggle = () => (row.more = details.open);
     return details;
   }
+}
+
+/** Return links to the files of a row. @param {Row} row */
+function saves(row) {
+  const line = element("p", { className: "small touch-saves" });
+  if (!row.table) return line;
+  const query = new URLSearchParams(row.loading);
+  query.delete("rate"); // that of the file's readers
+  const script = element("a", { href: "/touch/tactogram.js", download: "", textContent: "tactogram.js" });
+  const texture = element("a", { href: `/touch/texture?${query}`, download: "", textContent: "its JSON" });
+  line.append("For a page of your own or an engine: ", texture, ", ", script, ".");
+  const [where, of] = JSON.parse(row.key);
+  if (where !== "run") {
+    const href = `/send?${new URLSearchParams({ of: `${where}:${of}`, tab: "file" })}`;
+    line.append(" ", element("a", { href, textContent: "Convert to a haptic file" }));
+  }
+  return line;
 }
 
 const SHOWN = {

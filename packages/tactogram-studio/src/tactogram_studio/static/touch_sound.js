@@ -4,6 +4,8 @@ import { keepAwake } from "/participants/static/awake.js";
 
 import { Player, QUANTUM } from "./touch_player.js";
 
+/** Peak of the first textures, in dB of full scale: audible, and harmless on headphones. */
+export const SAFE_DB = -20;
 const KEPT = 400;
 /** A block must last at most 5 ms; headsets with a microphone use 16 or 24 kHz. */
 const LEAST_HZ = QUANTUM / 0.005;
@@ -11,10 +13,13 @@ const USUAL_HZ = 48_000;
 
 /** Sound controlled by messages (see `touch_player.js`) that reports back. */
 export class Sound {
-  /** @param {(report: Record<string, any>) => void} report */
-  constructor(report) {
+  /**
+   * @param {(report: Record<string, any>) => void} report
+   * @param {number} [rate] Hz, where the textures need one; by default the device's.
+   */
+  constructor(report, rate) {
     this._report = report;
-    this.context = contextOf();
+    this.context = rate ? new AudioContext({ latencyHint: "interactive", sampleRate: rate }) : contextOf();
     /** Whether the sound is switched on. */
     this.wanted = false;
     keepAwake(this.context, () => this.wanted);
@@ -51,6 +56,12 @@ export class Sound {
     const resumed = this.context.resume();
     await this._ready;
     await resumed;
+  }
+
+  /** Give the sound output back. */
+  close() {
+    this.wanted = false;
+    this.context.close();
   }
 
   /** Return the delays that the browser reports, s; null if it does not. */

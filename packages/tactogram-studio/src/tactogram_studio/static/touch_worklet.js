@@ -1,8 +1,10 @@
-/** The sound of the page Touch, in the audio thread. */
+/** The sound of the page Touch, in the audio thread; elsewhere this module does nothing. */
 
 import { Player } from "./touch_player.js";
 
-class TouchProcessor extends AudioWorkletProcessor {
+const Processor = globalThis.AudioWorkletProcessor ?? Object;
+
+class TouchProcessor extends Processor {
   constructor(options) {
     super();
     this._player = new Player(sampleRate, (report) => this.port.postMessage(report));
@@ -26,4 +28,4 @@ class TouchProcessor extends AudioWorkletProcessor {
   }
 }
 
-registerProcessor("tactogram-touch", TouchProcessor);
+globalThis.registerProcessor?.("tactogram-touch", TouchProcessor);

@@ -5,31 +5,21 @@ from __future__ import annotations
 import base64
 import html
 import json
-import re
-from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
-from pathlib import Path
 from string import Template
 from typing import Any
 
 from tactogram.errors import ParameterError
 from tactogram.validation import validated
+from tactogram_studio.touch.bundling import STATIC, bundled
 from tactogram_studio.touch.pictures import picture_of
 from tactogram_studio.touch.sources import TextureRequest, TouchSources
-from tactogram_study import participants
 
-STATIC = Path(__file__).parents[1] / "static"
-PARTICIPANTS = Path(str(participants.__file__)).parent / "static"
-ROOTS = {"/static/": STATIC, "/participants/static/": PARTICIPANTS}
 RATE = 48_000.0
 """Rate at which a shared page plays, Hz; browsers resample it to the device's."""
 MOST = 4
 KEY = ("where", "of", "material")
-IMPORT = re.compile(r'^import \{([^}]*)\} from "([^"]+)";$', re.MULTILINE)
-EXPORTED = re.compile(r"^export (?=(?:async )?(?:class|function|const) (\w+))", re.MULTILINE)
-EXPORTED_AGAIN = re.compile(r"^export \{([^}]*)\};$", re.MULTILINE)
-WORKER = re.compile(r'new URL\("([^"]+)", import\.meta\.url\)')
 PAGE = Template((STATIC / "touch_shared.html").read_text(encoding="utf-8"))
 
 
@@ -107,55 +97,5 @@ def _page(title: str, state: dict[str, Any], held: dict[str, Any], *, simulated:
         note=f"{note}Made with tactogram {version('tactogram')}. This file needs no network, and sends nothing.",
         settings=_json({"rows": state}),
         held=_json(held),
-        script=bundled(STATIC / "touch.js", ROOTS),
+        script=bundled(STATIC / "touch.js"),
     )
-
-
-def bundled(entry: Path, roots: Mapping[str, Path]) -> str:
-    """Return a module and all that it imports as one module without imports.
-
-    ``roots`` are the folders of addresses by their beginning, e.g. ``{"/static/": FOLDER}``. Each module becomes a
-    function that returns what it exports; one whose address is made with ``import.meta.url``, of a worklet, becomes a
-    data URL, since a page from a disk may not load a blob as a worklet. Understands the form in which the studio's
-    modules are written: named imports, and exports before a class, function or constant.
-    """
-    done: dict[Path, str] = {}
-
-    def named(path: Path) -> str:
-        return "$" + re.sub(r"\W", "_", path.stem)
-
-    def found(address: str, module: Path) -> Path:
-        for beginning, folder in roots.items():
-            if address.startswith(beginning):
-                return folder / address.removeprefix(beginning)
-        return module.parent / address
-
-    def body(module: Path) -> tuple[str, list[str]]:
-        text = module.read_text(encoding="utf-8")
-        exports = EXPORTED.findall(text)
-        for names in EXPORTED_AGAIN.findall(text):
-            exports += re.findall(r"\w+", names)
-
-        def imported(match: re.Match[str]) -> str:
-            path = found(match[2], module)
-            add(path)
-            return f"const {{{match[1].replace(' as ', ': ')}}} = {named(path)};"
-
-        def inlined(match: re.Match[str]) -> str:
-            source = json.dumps(bundled(found(match[1], module), roots))
-            return f'"data:text/javascript," + encodeURIComponent({source})'
-
-        text = IMPORT.sub(imported, text)
-        text = EXPORTED_AGAIN.sub("", EXPORTED.sub("", text))
-        return WORKER.sub(inlined, text), exports
-
-    def add(module: Path) -> None:
-        if module in done:
-            return
-        text, exports = body(module)
-        done[module] = (
-            f"const {named(module)} = (() => {{\n{text}\nreturn {{ {', '.join(exports)} }};\n}})();\n"
-        )
-
-    main, _ = body(entry)
-    return "".join(done.values()) + main
