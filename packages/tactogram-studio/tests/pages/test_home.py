@@ -124,10 +124,35 @@ def test_keyboard_and_navigation_lead_to_every_page_on_a_tablet(tab, empty, unti
     assert not list(empty.glob(".nicegui"))
 
 
-def test_a_card_can_be_pressed_anywhere(tab):
+def test_a_door_can_be_pressed_anywhere(tab):
     tab.goto("/")
-    tab.get_by_text("Read the reports of runs").click(force=True)  # the link lies over it
-    tab.get_by_role("heading", level=1, name="Reports").wait_for()
+    tab.get_by_text("Ask people what they feel").click(force=True)  # the link lies over it
+    tab.get_by_role("heading", level=1, name="Studies").wait_for()
+
+
+def test_an_example_is_heard_and_moves_at_a_press(tab, until):
+    tab.goto("/")
+    for title in ("Sandpaper", "A photograph", "Click", "Heartbeat"):
+        tab.get_by_role("button", name=f"Play: {title}").click()
+        name = title.rpartition(" ")[2].lower()
+        until(lambda name=name: tab.evaluate("tactogramPlayer.state().url") == f"/examples/{name}.wav")
+    dot = tab.locator("[data-player-head$='heartbeat.wav']")
+    until(lambda: 0 < float(dot.evaluate("dot => dot.style.getPropertyValue('--at')")) < 1)
+    tab.get_by_role("button", name="Play: Heartbeat", pressed=True).click()
+    tab.get_by_role("button", name="Play: Heartbeat", pressed=False).wait_for()
+    tab.get_by_role("button", name="Edit it").first.click()
+    tab.get_by_role("heading", level=1, name="Edit").wait_for()
+    assert tab.get_by_label("Title").input_value() == "Heartbeat"
+
+
+def test_the_header_is_one_line_on_a_phone(tab):
+    tab.set_viewport_size({"width": 390, "height": 844})
+    tab.goto("/reports")
+    header = tab.locator("header.bar").bounding_box()
+    assert header["height"] <= 64
+    current = tab.locator("nav [aria-current=page]").bounding_box()
+    assert current["x"] + current["width"] <= 390  # the current page comes first
+    assert tab.evaluate(WIDTH) <= 390
 
 
 def test_dark_or_light_is_as_the_system_until_chosen_and_remembered(tab):

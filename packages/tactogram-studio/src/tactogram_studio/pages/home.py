@@ -1,39 +1,44 @@
-"""Start page: example surfaces, links to all pages, and a summary of the workspace."""
+"""Start page: a field for words, examples to hear, the first steps by what one wants to do, and the workspace."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from urllib.parse import quote
 
 from nicegui import app, ui
 
-from tactogram.rendering import SPEED_MM_S, WIDTH_MM, photo_to_touch
+from tactogram.rendering import SPEED_MM_S, WIDTH_MM, effects, photo_to_touch
 from tactogram.signal.io import decode_image_metadata
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.effects.editing import ready_track
+from tactogram_studio.effects.effect import Effect
+from tactogram_studio.effects.files import SavedEffects
 from tactogram_studio.generation.form import GenerationRequest
 from tactogram_studio.generation.runs import GeneratingRuns
 from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
-from tactogram_studio.layout import PAGES
+from tactogram_studio.pages.home_examples import EXAMPLES, add_route, draw_examples
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import read_uploaded_image
 
 SHIPPED = "texture_flow"
+HEAD = '<link rel="stylesheet" href="/static/home.css">'
 PHOTOGRAPHS = "photographs.json"
 """File of a run that was trained with photographs."""
-DESCRIPTIONS = {
-    "Make": "Generate touch signals from materials, photographs or words; view, play and compare them.",
-    "Touch": "Stroke a surface with a finger, pen or mouse and feel it through the headphone jack.",
-    "Edit": "Draw a haptic effect on a timeline, feel it on a phone, and download it as AHAP, .haptic and others.",
-    "Materials": "Browse recordings; import your own, or upload one and see which materials it resembles.",
-    "Train": "Train a model on your recordings; monitor, stop and resume the training.",
-    "Send": "Convert a result to the drive of a display, or to a file for a game engine.",
-    "Live": "View a sensor's signal, classify it while you measure, and record by a plan.",
-    "Studies": "Test with participants whether differences can be felt, and analyse their answers.",
-    "Reports": "Read the reports of runs, and compare published figures with ours.",
+DOORS = {
+    "Design an effect": (
+        "/edit",
+        "Draw it on a timeline, feel it on a phone, and download it for your engine.",
+    ),
+    "Use my recordings": (
+        "/materials",
+        "Import them, train a model that names or generates them, and compare.",
+    ),
+    "Run a study": ("/studies", "Ask people what they feel, on tablets, and analyse their answers."),
+    "Connect a device": ("/send?tab=device", "Play on an actuator or a phone; [Live](/live) reads a sensor."),
 }
+"""Addresses and texts of the first steps, by what one wants to do."""
 
 
 def draw_first_touch(studio: Studio) -> None:
@@ -61,31 +66,48 @@ def draw_first_touch(studio: Studio) -> None:
             kept = await kit.in_background(_drawn, studio, name, data, width_mm)
         ui.navigate.to(f"/send?of={quote(f'kept:{kept.id}')}&tab=file")
 
-    with kit.card("What should it feel like?"):
-        with ui.row().classes("w-full items-center no-wrap my-2"):
+    with kit.card("", label="What should it feel like?", classes="w-full first"):
+        with ui.row().classes("w-full items-center no-wrap"):
             field = ui.input(
-                "A surface, in English",
-                placeholder="corduroy, cheese grater, silk …",
-                autocomplete=list(materials),
+                "A surface or an effect, in English",
+                placeholder="corduroy, cheese grater, heartbeat …",
+                autocomplete=[*materials, *effects()],
             )
-            field.classes("grow").props('outlined dense data-first="1"').on("keydown.enter", make)
-            ui.button("Make it", on_click=make).props("unelevated")
-        kit.hint(
-            f"One of {len(materials)} simulated everyday materials, or a mix of those most like your words."
-        )
-        with ui.row().classes("w-full items-center mt-4 mb-2"):
+            field.classes("grow").props('outlined data-first="1"').on("keydown.enter", make)
+            ui.button("Make it", on_click=make).props("unelevated no-wrap").classes("first-button")
+        offer = ui.row().classes("items-center")
+        with ui.row().classes("w-full items-center gap-3 mt-2"):
             refused = "This file is not a picture."
-            kit.file_button(
+            photographs = kit.file_button(
                 "Draw a photograph", draw, accept="image/*", refused=refused, marks="data-photograph"
             )
             width = kit.NumberField("Width that it shows, mm", value=WIDTH_MM)
-            width.classes("w-48").props("outlined dense")
-        kit.hint(
-            "Dropped here or chosen. Its brightness becomes a relief that a finger crosses: a design, no prediction of "
-            "how the material feels."
-        )
+            width.classes("w-40").props("outlined dense")
+            hint = kit.hint(
+                "Its brightness becomes a relief: a design, no prediction of how the material feels."
+            )
+            hint.classes("grow")
         if seeing := next((run for run in runs.finished() if (run.folder / PHOTOGRAPHS).is_file()), None):
             ui.link(f"Predict it from a photograph, with {seeing.name}", f"/make?run={quote(seeing.name)}")
+
+    def edit(name: str) -> None:
+        identifier = SavedEffects(studio.workspace.studio_folder / "effects").add(
+            Effect(title=EXAMPLES[name].title, tracks=(ready_track(name),))
+        )
+        ui.navigate.to(f"/edit?effect={identifier}")
+
+    def button(text: str) -> ui.button:
+        return ui.button(text).props("flat dense")
+
+    pick = f"() => getElement({photographs.id}).$refs.qRef.pickFiles()"
+    draw_examples(
+        {
+            "sandpaper": lambda: button("Stroke it").on_click(lambda: ui.navigate.to("/touch")),
+            "heartbeat": lambda: button("Edit it").on_click(lambda: edit("heartbeat")),
+            "click": lambda: button("Edit it").on_click(lambda: edit("click")),
+            "photograph": lambda: button("Use your own").on("click", js_handler=pick),
+        }
+    )
 
 
 def _drawn(studio: Studio, name: str, data: bytes, width_mm: float) -> KeptResult:
@@ -97,6 +119,7 @@ def _drawn(studio: Studio, name: str, data: bytes, width_mm: float) -> KeptResul
 
 def add(studio: Studio) -> None:
     """Register ``/``, and prepare the example surfaces if the workspace has no finished run."""
+    add_route()
     if not studio.workspace.finished_runs():
         studio.starter.make()
 
@@ -106,16 +129,16 @@ def add(studio: Studio) -> None:
         def summary() -> None:
             _draw_summary(studio)
 
-        ui.add_head_html(RECEIVING_HEAD)
-        with kit.page("Studio"), drop_zone(whole_page=True):
+        ui.add_head_html(RECEIVING_HEAD + HEAD)
+        with kit.page("What should it feel like?"), drop_zone(whole_page=True):
             draw_first_touch(studio)
+            with ui.element("div").classes("doors"):
+                for title, (address, text) in DOORS.items():
+                    with kit.card(classes="whole"):
+                        ui.link(title, address).classes("h2 whole-link")
+                        ui.markdown(text).classes("quiet")
             if studio.starter.state != "ready" and not studio.workspace.finished_runs():
                 draw_progress(studio.starter, ready=summary.refresh)
-            with ui.element("div").classes("tiles"):
-                for name, address in PAGES.items():
-                    with kit.card(classes="whole"):
-                        ui.link(name, address).classes("h2 whole-link")
-                        ui.label(DESCRIPTIONS[name]).classes("quiet")
             summary()
             receiving_status(
                 "Drop a folder or a zip of recordings anywhere on this page to import it, or a photograph to draw it."
@@ -123,14 +146,14 @@ def add(studio: Studio) -> None:
 
 
 def _draw_summary(studio: Studio) -> None:
-    contents: dict[str, tuple[list[Path], str]] = {
-        "run": (studio.workspace.runs(), "/train"),
-        "store": (studio.workspace.stores(), "/materials"),
-        "study session": (studio.workspace.sessions(), "/studies"),
-        "kept result": ([result.folder for result in studio.shelf.all()], "/send"),
+    workspace = studio.workspace
+    counts = {
+        "run": (len(workspace.runs()), "/train"),
+        "store": (len(workspace.stores()), "/materials"),
+        "study session": (len(workspace.sessions()), "/studies"),
+        "kept result": (len(studio.shelf.all()), "/send"),
     }
-    with kit.card("In this workspace"):
-        kit.hint(studio.workspace.display_path)
-        with ui.row().classes("gap-6"):
-            for name, (folders, address) in contents.items():
-                ui.link(f"{len(folders)} {name}{'' if len(folders) == 1 else 's'}", address)
+    with ui.row().classes("items-center gap-x-6 gap-y-1"):
+        kit.hint(f"In {workspace.display_path}:")
+        for name, (count, address) in counts.items():
+            ui.link(f"{count} {name}{'' if count == 1 else 's'}", address).classes("small")
