@@ -7,7 +7,7 @@ from urllib.parse import quote
 
 from nicegui import app, ui
 
-from tactogram.rendering import SPEED_MM_S, WIDTH_MM, photo_to_touch
+from tactogram.rendering import SPEED_MM_S, WIDTH_MM, effects, photo_to_touch
 from tactogram.signal.io import decode_image_metadata
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -17,6 +17,7 @@ from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.layout import PAGES
+from tactogram_studio.pages.make.form_view import offer_effect, open_effect, understood_of
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import read_uploaded_image
 
@@ -37,7 +38,7 @@ DESCRIPTIONS = {
 
 
 def draw_first_touch(studio: Studio) -> None:
-    """Draw the card: a text becomes materials of the page Make, a photograph a kept result on the page Send."""
+    """Draw the card: a text becomes materials of the page Make or an effect of Edit, a photograph a result on Send."""
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
 
@@ -46,12 +47,18 @@ def draw_first_touch(studio: Studio) -> None:
         if not text:
             field.run_method("focus")
             return
+        offer.clear()
         with kit.busy(f"Making {text} …"):
-            described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+            if not (understood := understood_of(text, materials)).effect:
+                described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+        if understood.effect:
+            with offer:
+                (offer_effect if understood.unknown else open_effect)(studio.workspace, understood, text)
+            return
         state = MakePageState(studio.workspace, studio.shelf, runs, app.storage.user.setdefault("make", {}))
         state.choose(SHIPPED)
         described_by = dict.fromkeys(("material", "text", "image", "vibration", "words"))
-        state.set(**{**described_by, **described.values})
+        state.set(**{**described_by, **described.values}, typed=text)
         state.commit()
         ui.navigate.to("/make?generate=true")
 
@@ -64,14 +71,16 @@ def draw_first_touch(studio: Studio) -> None:
     with kit.card("What should it feel like?"):
         with ui.row().classes("w-full items-center no-wrap my-2"):
             field = ui.input(
-                "A surface, in English",
-                placeholder="corduroy, cheese grater, silk …",
-                autocomplete=list(materials),
+                "A surface or an effect, in English",
+                placeholder="corduroy, cheese grater, heartbeat …",
+                autocomplete=[*materials, *effects()],
             )
             field.classes("grow").props('outlined dense data-first="1"').on("keydown.enter", make)
             ui.button("Make it", on_click=make).props("unelevated")
+        offer = ui.row().classes("items-center")
         kit.hint(
-            f"One of {len(materials)} simulated everyday materials, or a mix of those most like your words."
+            f"Names of {len(materials)} simulated everyday materials, which become a mix, or one of {len(effects())} "
+            "ready effects, such as click, engine or rain."
         )
         with ui.row().classes("w-full items-center mt-4 mb-2"):
             refused = "This file is not a picture."
