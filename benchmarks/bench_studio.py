@@ -58,7 +58,7 @@ def steps():
             page.locator(".signal canvas").nth(1).wait_for()
             yield row("generated once", serving.pid)
             page.goto("/")
-            page.get_by_label("A surface, in English").fill("a soft furry rug")
+            page.get_by_label("A surface or an effect, in English").fill("a soft furry rug")
             page.get_by_role("button", name="Make it").click()
             page.get_by_role("heading", name=re.compile("rug")).wait_for()
             yield row("words made a texture", serving.pid)

@@ -35,7 +35,7 @@ def test_a_text_may_name_an_effect_and_says_what_it_understood(shipped):
     drops = [touch("rain on a tent", seed=seed).samples for seed in (1, 1, 2)]
     np.testing.assert_array_equal(drops[0], drops[1])
     assert (drops[0] != drops[2]).any()
-    assert str(touch.understood("wet cork")) == "understood: cork 1; not understood: wet"
+    assert str(touch.understood("wet cork")) == "understood: cork; not understood: wet"
     with pytest.raises(ParameterError, match="heartbeat is an effect, which is not stroked"):
         touch("heartbeat", speed_mm_s=100)
     with pytest.raises(ParameterError, match="must name a material or an effect that is known"):

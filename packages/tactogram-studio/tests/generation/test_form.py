@@ -309,18 +309,27 @@ def test_what_is_outside_of_what_was_learned_is_said_of_a_result(state, tmp_path
     assert "of the motion, is outside of" in state.runs.said(shipped)["limited"][0]
 
 
-def test_a_text_is_the_material_named_a_mix_of_those_like_it_or_refused(state):
+def test_a_text_is_the_materials_named_or_refused(state):
     everyday = asked("texture_flow", material={"cork": 1.0})
     assert state.runs.described(everyday, "Corrugated cardboard").weights == {"corrugated-cardboard": 1.0}
     blanket = state.runs.described(everyday, "a wool blanket")
-    assert next(iter(blanket.weights)) == "wool-knit"
+    assert blanket.weights == {"wool-knit": 1.0}
     assert "text" not in blanket.values
-    with pytest.raises(ParameterError, match="'xyzzy' is like none of the 84; the nearest are"):
+    with pytest.raises(ParameterError, match="text must name a material or an effect that is known"):
         state.runs.described(everyday, "xyzzy")
     said = state.runs.said(blanket.changed(text="a wool blanket"))  # of another run, where it was predicted
-    assert said["described"] == f"Described: wool-knit {said['material']['wool-knit']:g}, scouring-pad " + (
-        f"{said['material']['scouring-pad']:g}."
-    )
+    assert said["described"] == "Described: wool-knit 1; not understood: blanket."
+
+
+def test_a_result_is_called_as_it_was_typed_until_the_mix_changes(state):
+    everyday = asked("texture_flow", material={"cork": 1.0})
+    typed = state.runs.described(everyday, "wet sandpaper")
+    assert typed.title == "wet sandpaper: sandpaper"
+    assert adapted(typed, form_of_run(state.runs.get("texture_flow"))).title == typed.title
+    assert GenerationRequest.from_stored(json.loads(json.dumps(asdict(typed)))).title == typed.title
+    assert typed.changed(speed_mm_s=120.0).title == "wet sandpaper: sandpaper, 120 mm/s"
+    assert typed.changed(material={"sandpaper": 1.0, "cork": 1.0}).title == "sandpaper 0.5 + cork 0.5"
+    assert state.runs.described(everyday, "Corrugated cardboard").title == "corrugated-cardboard"
 
 
 def test_a_cropped_photograph_is_a_file_for_the_command(state):

@@ -12,7 +12,7 @@ def test_words_are_felt_and_shared(browser, served, watched, step, tmp_path):
             with step("the first page"):
                 page.goto("/")
             with step("words to a picture and a sound"):
-                page.get_by_label("A surface, in English").fill("corduroy")
+                page.get_by_label("A surface or an effect, in English").fill("corduroy")
                 page.get_by_role("button", name="Make it").click()
                 page.get_by_role("heading", name="corduroy, seed 0").wait_for()
                 page.get_by_role("button", name="Play").first.wait_for()

@@ -1,4 +1,5 @@
 import json
+import re
 import signal
 import urllib.error
 import urllib.request
@@ -53,17 +54,45 @@ def test_an_empty_workspace_gets_example_surfaces(tab, empty):
 
 def test_a_surface_in_words_is_made_at_once(tab):
     tab.goto("/")
-    words = tab.get_by_label("A surface, in English")
+    words = tab.get_by_label("A surface or an effect, in English")
     words.fill("xyzzy")
     words.press("Enter")
-    tab.get_by_text("'xyzzy' is like none of the 84; the nearest are").wait_for()
-    words.fill("lego bricks")
+    tab.get_by_text("text must name a material or an effect that is known").wait_for()
+    assert words.input_value() == "xyzzy"
+    words.fill("wet lego bricks")
     tab.get_by_role("button", name="Make it").click()
-    tab.get_by_role("heading", name="studded-plastic, seed 0").wait_for()
+    made = tab.get_by_role("heading", name="wet lego bricks: studded-plastic, seed 0")
+    made.wait_for()
     assert tab.evaluate("location.pathname + location.search") == "/make"  # a reload makes nothing
     tab.reload()
-    tab.get_by_role("heading", name="studded-plastic, seed 0").wait_for()
-    assert tab.get_by_role("heading", name="studded-plastic").count() == 1
+    made.wait_for()
+    assert made.count() == 1
+    assert tab.get_by_label("Describe it in English").input_value() == "wet lego bricks"
+    tab.get_by_text("Understood: studded-plastic; not understood: wet.").wait_for()
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name=re.compile("Download wet lego bricks")).click()
+        tab.get_by_role("menuitem", name="WAV", exact=True).click()
+    assert download.value.suggested_filename == "wet-lego-bricks-studded-plastic-seed-0.wav"
+
+
+def test_an_effect_in_words_is_opened_to_edit(tab):
+    tab.goto("/")
+    words = tab.get_by_label("A surface or an effect, in English")
+    words.fill("Heart beat")
+    words.press("Enter")
+    tab.get_by_role("heading", level=1, name="Edit").wait_for()
+    assert tab.get_by_label("Title").input_value() == "Heart beat"
+    with tab.expect_download() as download:
+        tab.get_by_role("button", name="Download").click()
+    assert download.value.suggested_filename == "Heart-beat.ahap"
+    tab.goto("/")
+    words.fill("rain on a tent")
+    words.press("Enter")
+    tab.get_by_text("Understood: rain; not understood: tent.").wait_for()
+    assert words.input_value() == "rain on a tent"
+    tab.get_by_role("button", name="Open it on the page Edit").click()
+    tab.get_by_role("heading", level=1, name="Edit").wait_for()
+    assert tab.get_by_label("Title").input_value() == "rain on a tent"
 
 
 def test_a_photograph_is_drawn_as_a_relief_to_send(tab, empty, tmp_path):

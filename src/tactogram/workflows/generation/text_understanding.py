@@ -22,7 +22,8 @@ class Understanding:
 
     def __str__(self) -> str:
         """Return it in a line."""
-        named = self.effect or ", ".join(f"{name} {weight:g}" for name, weight in self.material.items())
+        mix = [f"{name} {weight:g}" if weight < 1 else name for name, weight in self.material.items()]
+        named = self.effect or ", ".join(mix)
         parts = {"understood": named, "not understood": ", ".join(self.unknown)}
         return "; ".join(f"{title}: {said}" for title, said in parts.items() if said)
 
@@ -34,7 +35,7 @@ def understand(text: str, materials: Sequence[str]) -> Understanding:
     `MissingExtraError` if it names several materials, without the extra ``text``.
 
     >>> str(understand("wet sandpaper", ["sandpaper", "cork"])), understand("a heart beat", []).effect
-    ('understood: sandpaper 1; not understood: wet', 'heartbeat')
+    ('understood: sandpaper; not understood: wet', 'heartbeat')
     """
     surfaces = {name: (name, *SYNONYMS.get(name, ())) for name in materials}
     actions = {name: (ready.title, *ready.also) for name, ready in effects().items()}

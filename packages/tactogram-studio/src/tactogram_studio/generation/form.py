@@ -10,7 +10,7 @@ from tactogram.datasets import JAPANESE
 from tactogram.errors import ParameterError
 from tactogram.model import Kind, SignalKind, condition_types
 from tactogram.models import ModelDescription
-from tactogram_studio.workspace.commands import arguments, command_line
+from tactogram_studio.workspace.commands import arguments, command_line, stem_of
 from tactogram_studio.workspace.runs import FinishedRun
 
 MOST_SEED = 2**31 - 1
@@ -124,7 +124,7 @@ class GenerationRequest:
     ``values`` state conditions by name, as their options do: numbers, names, and files relative to the workspace.
     Weights by ``material`` are divided by their sum, and those of 0 ignored. Missing ``words``
     (scores, 1 to 7) are left open, or set to their mean over the run's rated items. ``crop`` has left, top, right and
-    bottom as shares of the photograph's sides.
+    bottom as shares of the photograph's sides. ``typed`` is the text that gave the weights, until these change.
     """
 
     run: str = ""
@@ -133,6 +133,7 @@ class GenerationRequest:
     seconds: float | None = None
     seed: int = 0
     count: int = 1
+    typed: str = ""
 
     @classmethod
     def from_stored(cls, stored: Mapping[str, Any]) -> Self:
@@ -151,6 +152,8 @@ class GenerationRequest:
         """Return a request with other fields and values of conditions; an empty value states nothing."""
         own = {name: changes.pop(name) for name in [f.name for f in fields(self)] if name in changes}
         values = {**self.values, **changes}
+        if values.get("material") != self.values.get("material"):
+            own = {"typed": "", **own}
         stated = {name: value for name, value in values.items() if value not in (None, "", {})}
         return replace(self, **{"values": stated, **own})
 
@@ -179,9 +182,11 @@ class GenerationRequest:
         parts, values = [], self.values
         if self.mix:
             largest = sorted(self.mix.items(), key=lambda item: -item[1])[:4]
-            parts.append(
-                " + ".join(name if len(self.mix) == 1 else f"{name} {weight:.2g}" for name, weight in largest)
+            mix = " + ".join(
+                name if len(self.mix) == 1 else f"{name} {weight:.2g}" for name, weight in largest
             )
+            named = not self.typed or stem_of(self.typed.lower()) == mix
+            parts.append(mix if named else f"{self.typed}: {mix}")
         if "image" in values:
             parts.append(_title_of(values["image"]) or "photograph")
         elif "vibration" in values:

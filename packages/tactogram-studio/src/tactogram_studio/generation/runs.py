@@ -230,7 +230,7 @@ class GeneratingRuns(RunCatalogue):
     def described(self, request: GenerationRequest, text: str) -> GenerationRequest:
         """Return a request for what an English text describes: the text if the run predicts from it, else materials.
 
-        Raises `ParameterError` if the run mixes materials and it is like no name of them.
+        Raises `ParameterError` if the run mixes materials and it names none of them.
         """
         from tactogram.workflows import with_materials
 
@@ -240,7 +240,7 @@ class GeneratingRuns(RunCatalogue):
             completed = with_materials(self.load(self.get(request.run)), condition | {"text": text})
         if "text" in completed or photograph:
             return request.changed(text=text)
-        return request.changed(text="", material=completed["material"])
+        return request.changed(text="", material=completed["material"], typed=text)
 
     def places(self, run: FinishedRun) -> NDArray[np.float64]:
         """Return the place of each material of a run on its map, float64, shape (material, 2).

@@ -19,6 +19,7 @@ from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.home_examples import EXAMPLES, add_route, draw_examples
+from tactogram_studio.pages.make.form_view import offer_effect, open_effect, understood_of
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import read_uploaded_image
 
@@ -42,7 +43,7 @@ DOORS = {
 
 
 def draw_first_touch(studio: Studio) -> None:
-    """Draw the card: a text becomes materials of the page Make, a photograph a kept result on the page Send."""
+    """Draw the card: a text becomes materials of the page Make or an effect of Edit, a photograph a result on Send."""
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
 
@@ -51,12 +52,18 @@ def draw_first_touch(studio: Studio) -> None:
         if not text:
             field.run_method("focus")
             return
+        offer.clear()
         with kit.busy(f"Making {text} …"):
-            described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+            if not (understood := understood_of(text, materials)).effect:
+                described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+        if understood.effect:
+            with offer:
+                (offer_effect if understood.unknown else open_effect)(studio.workspace, understood, text)
+            return
         state = MakePageState(studio.workspace, studio.shelf, runs, app.storage.user.setdefault("make", {}))
         state.choose(SHIPPED)
         described_by = dict.fromkeys(("material", "text", "image", "vibration", "words"))
-        state.set(**{**described_by, **described.values})
+        state.set(**{**described_by, **described.values}, typed=text)
         state.commit()
         ui.navigate.to("/make?generate=true")
 
@@ -76,7 +83,11 @@ def draw_first_touch(studio: Studio) -> None:
             field.classes("grow").props('outlined data-first="1"').on("keydown.enter", make)
             ui.button("Make it", on_click=make).props("unelevated no-wrap").classes("first-button")
         offer = ui.row().classes("items-center")
-        with ui.row().classes("w-full items-center gap-3 mt-2"):
+        kit.hint(
+            f"{len(materials)} simulated everyday materials, mixes of them, and {len(effects())} ready effects, such as "
+            "click, engine or rain."
+        )
+        with ui.row().classes("w-full items-center gap-3 mt-3"):
             refused = "This file is not a picture."
             photographs = kit.file_button(
                 "Draw a photograph", draw, accept="image/*", refused=refused, marks="data-photograph"

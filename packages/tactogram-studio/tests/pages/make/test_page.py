@@ -207,11 +207,21 @@ def test_a_description_is_the_material_named_or_refused(tab):
     field = tab.get_by_label("Describe it in English")
     field.fill("xyzzy")
     field.press("Enter")
-    tab.get_by_text("'xyzzy' is like none of the 84; the nearest are").wait_for()
-    field.fill("Corrugated cardboard")
+    tab.get_by_text("text must name a material or an effect that is known").wait_for()
+    assert field.input_value() == "xyzzy"
+    field.fill("Wet corrugated cardboard")
     field.press("Enter")
     tab.locator("[data-material='corrugated-cardboard']").wait_for()
     assert tab.locator(".sliders .share").first.inner_text() == "100 %"
+    tab.get_by_text("Understood: corrugated-cardboard; not understood: wet.").wait_for()
+    assert field.input_value() == "Wet corrugated cardboard"
+    field.fill("car engine")
+    field.press("Enter")
+    tab.get_by_text("Understood: engine.").wait_for()
+    assert field.input_value() == "car engine"
+    tab.get_by_role("button", name="Open it on the page Edit").click()
+    tab.get_by_role("heading", level=1, name="Edit").wait_for()
+    assert tab.get_by_label("Title").input_value() == "car engine"
 
 
 @pytest.mark.usefixtures("words_run")

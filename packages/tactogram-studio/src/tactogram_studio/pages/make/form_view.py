@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
-from typing import Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from nicegui import ui
 
@@ -16,11 +16,18 @@ from tactogram.datasets import SEVEN_POINT
 from tactogram.errors import TactogramError
 from tactogram.model import condition_types
 from tactogram_studio import kit
+from tactogram_studio.effects.editing import ready_track
+from tactogram_studio.effects.effect import Effect
+from tactogram_studio.effects.files import SavedEffects
 from tactogram_studio.generation.form import MOST_COUNT, MOST_SEED, OF_A_RECORDING, word_label
 from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.pages.make.files import draw_motion, draw_photo, draw_vibration
 from tactogram_studio.pages.make.mix_view import draw_mix
 from tactogram_studio.workspace.commands import assignments
+from tactogram_studio.workspace.folder import Workspace
+
+if TYPE_CHECKING:
+    from tactogram.workflows import Understanding
 
 LOW, HIGH = SEVEN_POINT.low, SEVEN_POINT.high
 
@@ -162,19 +169,57 @@ def _draw_number(state: MakePageState, name: str, label: str, most: int | None =
 
 
 def draw_text(state: MakePageState) -> None:
-    """Draw the field of a description in English."""
+    """Draw the field of a description in English, what is understood of it, and the effect that it may name."""
+    request, materials = state.request, state.form.materials
 
     async def describe(text: str) -> None:
-        request = await kit.in_background(state.runs.described, state.request, text) if text.strip() else None
-        state.change(**({"values": request.values} if request else {"text": ""}))
+        text = text.strip()
+        about.clear()
+        understood = understood_of(text, materials)  # at once: threads may be busy for a minute with the map
+        if understood.effect:
+            with about:
+                offer_effect(state.workspace, understood, text)
+            return
+        request = await kit.in_background(state.runs.described, state.request, text) if text else None
+        state.change(**({"values": request.values, "typed": text} if request else {"text": "", "typed": ""}))
 
-    text = ui.input("Describe it in English, and press Enter", value=state.request.values.get("text", ""))
+    typed = request.values.get("text", request.typed)
+    text = ui.input("Describe it in English, and press Enter", value=typed)
     text.classes("w-full").props(
         'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
     )
     text.on("keydown.enter", lambda: describe(text.value or "")).on("clear", lambda: describe(""))
-    if "text" in state.request.values:
-        kit.hint("In place of the materials, with the photograph if there is one; clear it to use these.")
+    with ui.row().classes("items-center") as about:
+        if "text" in request.values:
+            kit.hint("In place of the materials, with the photograph if there is one; clear it to use these.")
+        elif typed:
+            kit.hint(_sentence(understood_of(typed, materials)))
+
+
+def offer_effect(workspace: Workspace, understood: Understanding, text: str) -> None:
+    """Draw the effect that a text names, and a button that opens it."""
+    kit.hint(_sentence(understood))
+    button = ui.button("Open it on the page Edit", on_click=lambda: open_effect(workspace, understood, text))
+    button.props("outline dense").classes("my-1")
+
+
+def open_effect(workspace: Workspace, understood: Understanding, text: str) -> None:
+    """Open the effect that a text names on the page Edit, as a new one that is called as it was typed."""
+    effect = Effect(title=text[:120], tracks=(ready_track(understood.effect),))
+    identifier = SavedEffects(workspace.studio_folder / "effects").add(effect)
+    ui.navigate.to(f"/edit?effect={identifier}")
+
+
+def understood_of(text: str, materials: Sequence[str]) -> Understanding:
+    """Return what a text names, without importing what understands it before."""
+    from tactogram.workflows import understand
+
+    return understand(text, materials)
+
+
+def _sentence(understood: Understanding) -> str:
+    text = str(understood)
+    return f"{text[:1].upper()}{text[1:]}."
 
 
 def draw_material(state: MakePageState) -> None:
