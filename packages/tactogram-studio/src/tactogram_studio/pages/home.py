@@ -84,8 +84,8 @@ def draw_first_touch(studio: Studio) -> None:
             ui.button("Make it", on_click=make).props("unelevated no-wrap").classes("first-button")
         offer = ui.row().classes("items-center")
         kit.hint(
-            f"{len(materials)} simulated everyday materials, mixes of them, and {len(effects())} ready effects, such as "
-            "click, engine or rain."
+            f"{len(materials)} simulated everyday materials, mixes of them, and {len(effects())} ready effects, "
+            "such as click, engine or rain."
         )
         with ui.row().classes("w-full items-center gap-3 mt-3"):
             refused = "This file is not a picture."
