@@ -1,9 +1,23 @@
-"""Fields of numbers."""
+"""Fields of numbers, and the settings of tabs."""
 
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_studio.kit import in_range
+from tactogram_studio.kit import TabSettings, in_range
+
+
+def test_a_tab_keeps_its_settings_and_the_next_one_begins_with_the_last():
+    stored = {"display": "audio", "listed": ["a"]}
+    one, other = (TabSettings(stored, shared=("listed",)) for _ in range(2))
+    one["display"] = "phone"
+    one["listed"] = ["b", *one["listed"]]
+    one["level"] = "peak"
+
+    assert (other["display"], other.get("level")) == ("audio", None)
+    assert other["listed"] == ["b", "a"]
+    assert TabSettings(stored)["display"] == "phone"
+    del one["level"]
+    assert "level" not in stored
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import html
 import math
-from collections.abc import Awaitable, Callable, Iterator, Mapping, MutableMapping, Sequence
+from collections import UserDict
+from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol, TypeVar
-from urllib.parse import unquote, urlencode
+from urllib.parse import unquote
 
 from fastapi import HTTPException, Request
 from fastapi.responses import JSONResponse
@@ -19,7 +20,7 @@ from starlette.datastructures import UploadFile
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram_studio.kit.cards import attribute, hint
-from tactogram_studio.layout import in_background
+from tactogram_studio.layout import address, in_background
 from tactogram_studio.server.guard_rules import RECEIVED
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
@@ -47,6 +48,31 @@ RECEIVING_HEAD = (
     '<script type="module" src="/static/receive.js"></script>'
 )
 FOLDER_INPUT = '<input type="file" hidden data-receive-input="{0}" {1}>'
+
+
+class TabSettings(UserDict[str, Any]):
+    """Settings of one tab, begun with those that the browser stored last; each change is stored for the next tab.
+
+    Of the ``shared`` names there is one entry for all tabs: without a copy, one tab would change another's form.
+    """
+
+    def __init__(self, stored: MutableMapping[str, Any], *, shared: Collection[str] = ()) -> None:
+        super().__init__()
+        self._stored, self._shared = stored, shared
+        self.data.update(stored)
+
+    def __contains__(self, name: object) -> bool:
+        return name in (self._stored if name in self._shared else self.data)
+
+    def __getitem__(self, name: str) -> Any:
+        return (self._stored if name in self._shared else self.data)[name]
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self.data[name] = self._stored[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        del self.data[name]
+        self._stored.pop(name, None)
 
 
 class NumberField(ui.number):
@@ -258,7 +284,7 @@ def add_receiving_route(workspace: Workspace) -> None:
 
 def import_address(folder: str) -> str:
     """Return the address of the page that imports a folder of the workspace."""
-    return f"/materials/import?{urlencode({'folder': folder})}"
+    return address("/materials/import", folder=folder)
 
 
 @contextmanager

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Annotated, Any
-from urllib.parse import urlencode
 
 from fastapi import Header, Response
 from nicegui import app, ui
@@ -40,8 +39,7 @@ SHOWN_NAMES = 8
 
 def address(page: str, **query: Any) -> str:
     """Return the address of a page or picture below ``/materials``."""
-    query = {name: value for name, value in query.items() if value not in ("", None)}
-    return f"/materials/{page}?{urlencode(query)}"
+    return kit.address(f"/materials/{page}", **query)
 
 
 def add_routes(workspace: Workspace) -> None:
@@ -142,17 +140,21 @@ def draw_similar(
                 if run != SPECTRAL:
                     with kit.busy("Classifying the recording"):
                         prediction = await kit.call_workflow("classify", workspace.inside(run), signal)
+                    if run != measure.value:  # another comparison has begun
+                        return
                     with results:
                         _draw_prediction(prediction)
                 with kit.busy("Searching for similar recordings; the first search reads the whole store"):
                     similar = await kit.in_background(
                         _search, workspace, run, signal, set_name, stream, tuple(without)
                     )
-                with results:
-                    _draw_recordings(workspace, similar, set_name)
+                if run == measure.value:
+                    with results:
+                        _draw_recordings(workspace, similar, set_name)
             except TactogramError as error:
-                with results:
-                    kit.alert(str(error))
+                if run == measure.value:
+                    with results:
+                        kit.alert(str(error))
 
         measure.on_value_change(show)
         ui.timer(0.05, show, once=True)
