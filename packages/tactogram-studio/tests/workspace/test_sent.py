@@ -1,4 +1,5 @@
 import json
+import os
 import shlex
 
 import numpy as np
@@ -66,6 +67,24 @@ def test_a_result_is_found_again_after_a_restart(sending):
     again = SendService(sending.workspace, sending.sources.shelf).get(sent.id)
     assert again == sent
     assert again.request == request
+
+
+def test_a_result_is_of_one_signal_as_it_was(sending):
+    other = sending.sources.shelf.keep(texture(1), title="Felt", facts={})
+    file = sending.workspace.folder / "take.npz"
+    write_signal(file, texture(2))
+    cork, felt, take = map(sending.sources.select, (sending.of, f"kept:{other.id}", "file:take.npz"))
+    old = sending.drive(DriveRequest(take.id, "audio", "peak=0.2"))
+    sending.drive(DriveRequest(cork.id, "audio", "peak=0.2"))
+    newest = sending.drive(DriveRequest(cork.id, "audio", "peak=0.3"))
+    assert [sending.latest(each, DriveRequest) for each in (cork, felt, take)] == [newest, None, old]
+    assert sending.latest(cork, FileRequest) is None
+
+    write_signal(file, texture(3))
+    os.utime(file, ns=(1, 1))  # whatever the clock's resolution
+    assert sending.latest(take, DriveRequest) is None
+    drive = read_signal(old.folder / "drive.npz")  # what was fitted, not what the file holds now
+    assert np.array_equal(read_signal(sending.drive_file(old, ".wav")).samples, drive.samples)
 
 
 @pytest.mark.parametrize("identifier", ["../../kept", "20261122-000000-000000", ""])

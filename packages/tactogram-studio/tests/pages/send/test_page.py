@@ -94,6 +94,38 @@ def test_an_upload_is_sent_and_a_wrong_one_is_a_sentence(tab, tmp_path):
     tab.get_by_label("The signal").get_by_text("mine.npz").wait_for()
 
 
+def test_a_result_belongs_to_its_signal_and_tabs_keep_theirs(tab, kept, workspace, tmp_path):
+    write_signal(workspace / "felt.csv", Signal(np.ones((1, 800), np.float32), 800, "m/s^2", ("x",)))
+    felt = "/send?of=file:felt.csv"
+    report = tab.get_by_role("region", name="Fit report")
+    tab.goto(f"/send?of=kept:{kept.id}")
+    drawn(tab)
+    tab.get_by_role("button", name="Fit to the display").click()
+    report.get_by_text("Cork on").wait_for()
+    tab.get_by_role("button", name="Play", exact=True).click()
+    tab.get_by_role("combobox", name="From").click()
+    tab.get_by_role("option", name="Files: outputs of runs").click()
+    tab.get_by_role("combobox", name="File", exact=True).click()
+    tab.get_by_role("option", name="felt.csv").click()
+    tab.get_by_label("The signal").get_by_text("felt.csv").wait_for()
+    report.get_by_text("The fit report will appear here.").wait_for()
+    assert tab.get_by_role("link", name="Drive as WAV").count() == 0
+    # What still plays says what it is, and can be stopped.
+    playing = tab.get_by_role("region", name="Playing on a device")
+    playing.get_by_text("Cork: ").wait_for()
+    playing.get_by_role("button", name="Stop").click()
+    playing.wait_for(state="hidden")
+
+    tab.wait_for_url(f"**{felt}*")
+    other = tab.context.new_page()
+    other.goto(f"/send?of=kept:{kept.id}")
+    other.get_by_role("region", name="Fit report").get_by_text("Cork on").wait_for()  # its own again
+    tab.reload()
+    tab.get_by_label("The signal").get_by_text("felt.csv").wait_for()
+    report.get_by_text("The fit report will appear here.").wait_for()
+    other.close()
+
+
 def test_a_result_gives_nothing_but_its_own_files(tab):
     for path in ("20260101-000000-000000/drive.wav", "x/..%2F..%2Fsecret"):
         answer = tab.request.get(f"/send/result/{path}")

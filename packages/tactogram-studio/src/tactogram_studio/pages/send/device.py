@@ -19,9 +19,9 @@ BUFFERED = "digilent"
 
 
 class DeviceCard:
-    """Card below a fit report; ``state`` holds the browser's last output."""
+    """Card below a fit report; ``state`` holds the last output."""
 
-    def __init__(self, service: SendService, speaker: Speaker, state: dict[str, Any]) -> None:
+    def __init__(self, service: SendService, speaker: Speaker, state: kit.TabSettings) -> None:
         self.service, self.speaker, self.state = service, speaker, state
         self.result: SendResult | None = None
         self._outputs: list[dict[str, Any]] = []
@@ -35,6 +35,19 @@ class DeviceCard:
                 "the drive above."
             )
             self._devices(unit)
+
+    def draw_running(self) -> None:
+        """Draw what plays, of whichever signal, with a button that stops it; nothing while nothing plays."""
+        with kit.card("Playing on a device") as card:
+            status = ui.label()
+            ui.button("Stop", icon="stop", color="negative", on_click=self._fade_out)
+
+        def update() -> None:
+            status.text = self._progress()
+            card.set_visibility(self.speaker.busy)
+
+        update()
+        ui.timer(0.2, update)
 
     @ui.refreshable_method
     def _devices(self, unit: str) -> None:
@@ -101,8 +114,11 @@ class DeviceCard:
         self.state["output"] = device
         self._update()
 
-    async def _stop(self) -> None:
+    async def _fade_out(self) -> None:
         await kit.in_background(self.speaker.stop)
+
+    async def _stop(self) -> None:
+        await self._fade_out()
         self._update()
 
     def _set_strength(self) -> None:
@@ -117,7 +133,7 @@ class DeviceCard:
         if playing is None:
             text = ""
         elif busy:
-            text = f"{self.speaker.title}: {playing.seconds:.1f} of {playing.total_s:.1f} s"
+            text = self._progress()
         elif playing.state == "failed":
             text = str(playing.error)
         else:
@@ -126,6 +142,10 @@ class DeviceCard:
             self._status.text = text
             if not busy:
                 self._log.refresh()
+
+    def _progress(self) -> str:
+        playing = self.speaker.playing
+        return f"{self.speaker.title}: {playing.seconds:.1f} of {playing.total_s:.1f} s" if playing else ""
 
     @ui.refreshable_method
     def _log(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -16,7 +16,6 @@ from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.pages.send.device import DeviceCard
 from tactogram_studio.tasks.speaker import Speaker
 from tactogram_studio.workspace.sent import LEVEL_VALUES, LEVELS, DriveRequest, SendService, level_text
-from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 @lru_cache(maxsize=64)
@@ -29,15 +28,9 @@ class DisplayCards(RequestCards):
 
     key, kind = "drive", DriveRequest
 
-    def __init__(
-        self,
-        service: SendService,
-        speaker: Speaker,
-        state: dict[str, Any],
-        selected: Callable[[], SelectedSignal],
-    ) -> None:
+    def __init__(self, service: SendService, speaker: Speaker, state: kit.TabSettings) -> None:
         self._device = DeviceCard(service, speaker, state)
-        super().__init__(service, state, selected)
+        super().__init__(service, state)
 
     def axis_options(self, axes: tuple[str, ...]) -> dict[str, str]:
         """Return the ways to map several axes to those of a display."""
@@ -103,7 +96,7 @@ class DisplayCards(RequestCards):
     def _request(self) -> DriveRequest:
         state, level = self.state, self.state["level"]
         return DriveRequest(
-            self.selected().id,
+            self.selected.id,
             state["display"],
             level_text(level, state.get(f"value_{level}")),
             self.axis_option,
@@ -123,6 +116,7 @@ class DisplayCards(RequestCards):
         if result is None or not isinstance(result.request, DriveRequest):
             with kit.card(label="Fit report"):
                 ui.label("The fit report will appear here.").classes("quiet")
+            self._device.draw_running()
             return
         with kit.card(label="Fit report"):
             display = open_display(self.service.display_file(result.request.display))

@@ -11,10 +11,12 @@ from tactogram.rendering import (
     haptic_format,
     haptic_formats,
 )
+from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.workspace.file_losses import Curve, loss_text, losses_table, strength_curves
 from tactogram_studio.workspace.sent import FileRequest, SendResult
+from tactogram_studio.workspace.shelf import SelectedSignal
 
 LOSSES = {
     "envelope_correlation": ("Strength over time, r", "1 is perfect"),
@@ -57,13 +59,20 @@ class FileCards(RequestCards):
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._describe_format()
 
+    def set_signal(
+        self, selected: SelectedSignal | None, signal: Signal | None, result: SendResult | None
+    ) -> None:
+        """Show the fields that another signal needs, and its newest result; a full scale is of one signal alone."""
+        self._full_scale.value = None
+        super().set_signal(selected, signal, result)
+
     def _describe_format(self) -> None:
         kind = haptic_formats().get(self.state["format"])
         self._holds.text = "" if kind is None else f"This format {HOLDS[kind.holds]}."
 
     async def _write(self) -> None:
         request = FileRequest(
-            self.selected().id,
+            self.selected.id,
             self.state["format"],
             self.axis_option,
             self._full_scale.value or None,
