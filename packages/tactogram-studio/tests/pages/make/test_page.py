@@ -139,6 +139,24 @@ def test_mix_generate_play_keep_compare_undo_and_reload(tab, workspace):
     assert tab.locator(".sliders .share").all_inner_texts() == shares
 
 
+def test_a_link_starts_no_work_and_the_address_keeps_the_run(tab, workspace):
+    stored = workspace / "studio" / "made"
+    before = set(stored.glob("*"))
+    tab.goto("/make?run=studio/first/voices&generate=true")
+    tab.get_by_text("Press Generate to see and play a result here.").wait_for()
+    tab.wait_for_url("**/make?run=studio/first/voices")
+    other = tab.context.new_page()
+    other.goto("/make?run=texture_flow")
+    other.get_by_label("Describe it in English").wait_for()
+    tab.reload()
+    tab.get_by_text("trained on simulated data").wait_for()
+    assert tab.get_by_role("combobox", name="Run").input_value().startswith("example surfaces")
+    generate(tab)
+    tab.locator(".signal").first.wait_for()
+    assert len(set(stored.glob("*")) - before) == 1  # what the button made
+    other.close()
+
+
 def test_a_result_on_a_phone_is_scrolled_to_announced_and_can_be_downloaded(tab, tmp_path):
     tab.set_viewport_size({"width": 390, "height": 844})
     tab.goto("/make")

@@ -41,12 +41,13 @@ class LiveForm:
         self, studio: Studio, runner: LiveRunner, start: Callable[[], Awaitable[None]], *, data: str = ""
     ) -> None:
         self.studio, self._start_request = studio, start
-        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}))
         self.fields = kit.Form(self.state)
         self._choices: list[SourceChoice] = []
         self._recording = False
         if data:
             self.state["data"] = data
+            kit.keep_address("/live")  # a reload must not undo what is entered then
         with kit.card("Source"):
             self._address = self.fields.text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):

@@ -17,7 +17,7 @@ from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.generation.form import GenerationRequest
 from tactogram_studio.generation.runs import GeneratingRuns
-from tactogram_studio.generation.state import MakePageState
+from tactogram_studio.generation.state import PRESSED, MakePageState
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.make.form_view import draw_form
 from tactogram_studio.pages.make.results_view import draw_results
@@ -34,8 +34,8 @@ def add(studio: Studio) -> None:
     _add_routes(studio, runs)
 
     @kit.route("/make")
-    def show(run: str = "", generate: bool = False) -> None:
-        storage = app.storage.user.setdefault("make", {})
+    def show(run: str = "") -> None:
+        storage = kit.TabSettings(app.storage.user.setdefault("make", {}), shared=("listed", "kept"))
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
             state.choose(run)
@@ -48,8 +48,7 @@ def add(studio: Studio) -> None:
                 return
             drawn = MakePage(studio, state)
             drawn.draw()
-            if generate:
-                ui.run_javascript("history.replaceState(null, '', '/make')")  # a reload generates nothing
+            if storage.pop(PRESSED, False):
                 ui.timer(0.05, drawn.generate, once=True)
 
 
@@ -65,6 +64,7 @@ class MakePage:
 
     def draw(self) -> None:
         """Draw the page."""
+        self._keep_address()
         with ui.element("div").classes("grid-2 make"):
             with ui.element("div").classes("make-form"):
                 self.form()
@@ -110,8 +110,12 @@ class MakePage:
     def _changed(self, redraw: bool) -> None:
         self.command.refresh()
         self._enable_undo()
+        self._keep_address()
         if redraw:
             self.form.refresh()
+
+    def _keep_address(self) -> None:
+        kit.keep_address("/make", run=self.state.request.run)
 
     def _enable_undo(self) -> None:
         self.undo_button.set_enabled(bool(self.state.storage.get("past")))

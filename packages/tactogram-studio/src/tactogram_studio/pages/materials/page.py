@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from nicegui import ui
+from nicegui import app, ui
 from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store
@@ -246,13 +246,15 @@ def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
     with kit.card("Simulate a data set", classes=""):
         kit.hint("Surfaces computed from formulas. Everything derived from them is marked as simulated.")
         options = {name: f"{name}: {text}" for name, text in sets.items()}
-        kind = ui.select(options, label="Set", value="stroking9").classes("w-full")
+        state = kit.TabSettings(app.storage.user.setdefault("simulate", {}))
+        kind = kit.Form(state).choice("kind", options, "Set", "stroking9")
         with ui.row().classes("w-full"):
             fields = kit.ParameterFields(
                 parameters(simulate_to_store),
                 ("per_class", "seconds", "photographs", "seed"),
                 labels={"per_class": "Recordings per class", "photographs": "Photographs per surface"},
                 examples={"per_class": "default", "seconds": "default", "photographs": "one", "seed": "0"},
+                entries=state,
                 classes="w-44",
             )
         name = ui.input("Name").classes("w-full")
