@@ -49,7 +49,7 @@ NOT_REACHABLE = (
     "To feel it on a phone, stop the studio and start it for the local network: tactogram studio --host 0.0.0.0. A QR "
     "code appears here then."
 )
-CHANGED_ELSEWHERE = "Another tab has changed this effect: its version is shown now, and nothing is lost. Undo brings yours back."
+CHANGED_ELSEWHERE = "Another tab has changed this effect: its version is shown now. Undo brings yours back."
 MOST_MIB = 32
 Insert = Callable[[tuple[Track, ...], bool], None]
 STATE = "edit"

@@ -73,6 +73,7 @@ def _draw_runs(state: MakePageState) -> None:
         if event.value and event.value != state.request.run:
             state.choose(event.value)
             state.commit(redraw=True)
+            state.redraw_results()
 
     with kit.card(classes="part"):
         titles = {run.name: run.title for run in state.runs.finished()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from nicegui import ui
@@ -10,6 +11,7 @@ from tactogram.rendering import open_display
 from tactogram.signal.io import read_signal
 from tactogram_playback import CAREFUL, NULL, outputs
 from tactogram_studio import kit
+from tactogram_studio.signals.traits import unfelt_text
 from tactogram_studio.tasks.speaker import Speaker, recently_played
 from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.sent import DriveRequest, SendResult, SendService
@@ -25,10 +27,11 @@ class DeviceCard:
         self.service, self.speaker, self.state = service, speaker, state
         self.result: SendResult | None = None
         self._outputs: list[dict[str, Any]] = []
+        self._level_db: float | None = None
 
-    def draw(self, result: SendResult, unit: str) -> None:
-        """Draw the card for a result whose drive is in ``unit``."""
-        self.result = result
+    def draw(self, result: SendResult, unit: str, level_db: float | None) -> None:
+        """Draw the card for a result whose drive is in ``unit``; ``level_db`` is the output's, as of `output_db`."""
+        self.result, self._level_db = result, level_db
         with kit.card("Play on a device"):
             kit.hint(
                 "Playback starts at a quarter of the drive with a fade-in; turn it up while it plays. It never exceeds "
@@ -82,6 +85,8 @@ class DeviceCard:
         ui.label().bind_text_from(
             self._strength, "value", lambda share: f"Strength: {100 * share:.0f} % of the drive"
         ).classes("small")
+        self._unfelt = kit.alert()
+        self._show_unfelt()
         with ui.row().classes("items-end gap-4"):
             self._loop = ui.number("Repeat for, s (empty: once)", min=0).classes("w-64")
             self._full_scale = ui.number("Volts at the card's full scale", min=0).classes("w-64")
@@ -125,6 +130,14 @@ class DeviceCard:
         playing = self.speaker.playing
         if playing is not None and self.speaker.busy:
             playing.strength = float(self._strength.value)
+        self._show_unfelt()
+
+    def _show_unfelt(self) -> None:
+        share = float(self._strength.value)
+        level_db = (
+            math.inf if self._level_db is None or not share else self._level_db + 20 * math.log10(share)
+        )
+        self._unfelt.text = unfelt_text(level_db, of="the output at this strength") if level_db < 0 else ""
 
     def _update(self) -> None:
         playing, busy = self.speaker.playing, self.speaker.busy

@@ -10,6 +10,7 @@ from nicegui import ui
 from tactogram.rendering import (
     haptic_format,
     haptic_formats,
+    haptic_labels,
 )
 from tactogram.signal import Signal
 from tactogram_studio import kit
@@ -47,15 +48,12 @@ class FileCards(RequestCards):
     def draw_form(self) -> None:
         """Draw the form."""
         with kit.card("File format"):
-            titles = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
-            titles = {"": "all formats that can store it"} | titles
+            titles = {"": "all formats that can store it"} | haptic_labels()
             self.fields.choice("format", titles, "Format", "").on_value_change(self._describe_format)
             self._holds = kit.hint("")
             self.signal_fields()
             self._full_scale = ui.number("Full scale, in the signal's unit", min=0).classes("w-full")
-            self._full_scale.props(
-                'hint="signal value that becomes 1 in the file; empty: the signal\'s peak"'
-            )
+            self._full_scale.props('hint="becomes 1 in the file; empty: the peak"')
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._describe_format()
 
@@ -120,17 +118,19 @@ class FileCards(RequestCards):
 
 
 def _downloads(result: SendResult, files: Mapping[str, Any]) -> None:
-    for name, facts in files.items():
-        title = haptic_format(name).title
-        with ui.row().classes("items-center gap-2 w-full"):
+    for name, label in haptic_labels().items():
+        if (facts := files.get(name)) is None:
+            continue
+        with ui.row().classes("items-baseline gap-x-2 gap-y-0 w-full"):
+            ui.label(label).classes("small font-bold")
             if "refused" in facts:
-                ui.label(f"{title}: {facts['refused']}").classes("text-negative")
+                ui.label(facts["refused"]).classes("small text-negative")
                 continue
             ui.link(facts["file"], f"/send/result/{result.id}/{facts['file']}").props("download")
             size = facts["written"]["bytes"]
             size_text = f"{size / 1000:.1f} kB" if size >= 1000 else f"{size} bytes"
             verdict = facts["written"]["verdict"]
-            kit.hint(f"{title}: {'; '.join(facts['problems']) or 'valid'}, {size_text}. Verdict: {verdict}.")
+            kit.hint(f"{'; '.join(facts['problems']) or 'valid'}, {size_text}. Verdict: {verdict}.")
     constants = [facts["written"].get("constant") for facts in files.values() if "written" in facts]
     for sentence in dict.fromkeys(filter(None, constants)):
         kit.hint(f"{sentence[0].upper()}{sentence[1:]}.")

@@ -16,9 +16,10 @@ from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.pages.send.display import DisplayCards
 from tactogram_studio.pages.send.files import FileCards
+from tactogram_studio.signals.sound import LISTENING, listening_name, sound_of, sound_text
 from tactogram_studio.signals.view import add_routes, placeholder, signal_card
 from tactogram_studio.tasks.speaker import Speaker
-from tactogram_studio.workspace.commands import free_name
+from tactogram_studio.workspace.commands import free_name, stem_of
 from tactogram_studio.workspace.sent import SendResult, SendService
 from tactogram_studio.workspace.shelf import LONGEST_TITLE, SelectedSignal
 from tactogram_studio.workspace.uploads import read_uploaded_signal, safe_name
@@ -178,13 +179,23 @@ class SendPage:
         with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
             title, simulated = self.selected.title, self.selected.simulated
             top = signal_card(self.signal, title=title, simulated=simulated, small=True)
-            if self.selected.id.startswith("kept:"):
-                with top, ui.element("div").classes("done"):
+            with top, ui.element("div").classes("done"):
+                listen = ui.button("For listening (WAV)", on_click=self._listen).props("flat dense")
+                listen.tooltip(LISTENING)
+                if self.selected.id.startswith("kept:"):
                     rename = ui.button(
                         "Rename", on_click=lambda: kit.ask_title(title, LONGEST_TITLE, self._rename)
                     )
                     rename.props("flat dense")
                     ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
+
+    async def _listen(self) -> None:
+        signal = self.signal
+        if signal is not None:
+            name = listening_name(stem_of(Path(self._required().title).stem))
+            clip = await kit.in_background(sound_of, signal, subtype="PCM_16")
+            ui.download.content(clip.wav, name)
+            ui.notify(f"{name} {sound_text(signal)}.")
 
     async def _rename(self, title: str) -> None:
         selected = self._required()
