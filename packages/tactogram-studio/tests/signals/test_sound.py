@@ -44,6 +44,13 @@ def test_a_level_of_its_own_is_told():
     assert made.limited == 0
 
 
+def test_the_peak_is_that_of_what_is_heard_after_the_fades():
+    t = np.arange(2000) / 1000
+    cut = Signal(np.sin(2 * np.pi * 200 * t)[None], 1000.0, "m/s^2")  # resampling overshoots at its ends
+
+    assert np.abs(read(sound_of(cut).wav)[0]).max() == pytest.approx(NORMAL_PEAK, rel=1e-4)
+
+
 def test_a_file_for_listening_is_of_16_bit_at_48_khz_and_normalised():
     weak = Signal(tone(1e-5, axes=3).samples, 40.0, "m", tuple("xyz"), "displacement")
     clip = sound_of(weak, subtype="PCM_16")

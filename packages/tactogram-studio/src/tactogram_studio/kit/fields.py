@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
+import json
 import math
+import secrets
 from collections import UserDict
 from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import contextmanager
@@ -43,6 +45,8 @@ KINDS = {
     "recording": ("Store", "No store in this workspace yet."),
 }
 """Label and text of an empty list, by kind of signal."""
+TABS, MOST_TABS = "tabs", 5
+"""Entry of a page's settings with those of its tabs by key, and how many of them are stored; the oldest are dropped."""
 RECEIVING_HEAD = (
     '<link rel="stylesheet" href="/static/receive.css">'
     '<script type="module" src="/static/receive.js"></script>'
@@ -53,13 +57,26 @@ FOLDER_INPUT = '<input type="file" hidden data-receive-input="{0}" {1}>'
 class TabSettings(UserDict[str, Any]):
     """Settings of one tab, begun with those that the browser stored last; each change is stored for the next tab.
 
-    Of the ``shared`` names there is one entry for all tabs: without a copy, one tab would change another's form.
+    The tab's own are stored, too, under a ``key`` that belongs into its address: a reload and the way back find them
+    there, whatever other tabs have stored since. An empty key is replaced; with None there are none of its own. Of the
+    ``shared`` names there is one entry for all tabs.
     """
 
-    def __init__(self, stored: MutableMapping[str, Any], *, shared: Collection[str] = ()) -> None:
+    def __init__(
+        self, stored: MutableMapping[str, Any], key: str | None = None, *, shared: Collection[str] = ()
+    ) -> None:
         super().__init__()
         self._stored, self._shared = stored, shared
-        self.data.update(stored)
+        self.key = secrets.token_hex(4) if key == "" else key
+        tabs: MutableMapping[str | None, Any] = stored.setdefault(TABS, {})
+        last = {name: value for name, value in stored.items() if name != TABS}
+        self._own = tabs.pop(self.key, None) or json.loads(json.dumps(last))
+        self.data.update(self._own)
+        if self.key is not None:
+            tabs[self.key] = self._own
+            self._own = tabs[self.key]
+        for oldest in [*tabs][:-MOST_TABS]:
+            del tabs[oldest]
 
     def __contains__(self, name: object) -> bool:
         return name in (self._stored if name in self._shared else self.data)
@@ -69,10 +86,11 @@ class TabSettings(UserDict[str, Any]):
 
     def __setitem__(self, name: str, value: Any) -> None:
         self.data[name] = self._stored[name] = value
+        self._own[name] = value
 
     def __delitem__(self, name: str) -> None:
-        del self.data[name]
-        self._stored.pop(name, None)
+        for values in (self.data, self._stored, self._own):
+            values.pop(name, None)
 
 
 class NumberField(ui.number):

@@ -56,16 +56,16 @@ def sound_of(signal: Signal, *, gain: float | None = None, subtype: str = "FLOAT
     if gain is not None and not 0 < gain <= MOST_GAIN:
         raise ParameterError.must("gain", f"be > 0 and at most {MOST_GAIN:g}", gain)
     x = _one_channel(signal)
+    fade = min(len(x) // 2, round(FADE_S * RATE))
+    if fade:
+        ramp = np.sin(np.linspace(0, np.pi / 2, fade, endpoint=False)) ** 2
+        x[:fade] *= ramp
+        x[-fade:] *= ramp[::-1]
     normalised = gain is None
     if gain is None:
         peak = float(np.abs(x).max())
         gain = min(NORMAL_PEAK / peak, MOST_GAIN) if peak > 0 else 1.0
     played, share = soft_limited(gain * x)
-    fade = min(len(played) // 2, round(FADE_S * RATE))
-    if fade:
-        ramp = np.sin(np.linspace(0, np.pi / 2, fade, endpoint=False)) ** 2
-        played[:fade] *= ramp
-        played[-fade:] *= ramp[::-1]
     out = io.BytesIO()
     soundfile.write(out, played.astype(np.float32), RATE, subtype, format="WAV")
     return AudioClip(out.getvalue(), gain, share, normalised)

@@ -163,7 +163,9 @@ def threshold_note(signal: Signal) -> tuple[str, bool]:
 def strongest_db(signal: Signal) -> float:
     """Return the sensation level of the strongest `MOMENT_S` of a signal over time, dB: pauses do not count."""
     half = max(1, round(MOMENT_S * signal.rate / 2))
-    x = np.pad(centred(signal), ((0, 0), (half, 2 * half)))  # each sample is in the middle of a moment, for its window
+    x = np.pad(
+        centred(signal), ((0, 0), (half, 2 * half))
+    )  # each sample is in the middle of a moment, for its window
     padded = signal.with_samples(x.astype(np.float32))
     return max(
         sensation_level_db(padded.cut(start, start + 2 * half)) for start in range(0, len(signal) + 1, half)

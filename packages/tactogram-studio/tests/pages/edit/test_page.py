@@ -90,6 +90,7 @@ def test_two_tabs_do_not_overwrite_each_other(tab, workspace):
     tab.wait_for_url("**/edit?effect=*")  # the address leads to this effect, whatever other tabs open
     other = tab.context.new_page()
     other.goto(tab.url)
+    other.wait_for_function("() => window.did_handshake")
     other.wait_for_selector('[data-focus="item 0 transients 0"]')
     press(other, "Buzz")
     other.get_by_role("group", name="Track 2: Buzz").wait_for()

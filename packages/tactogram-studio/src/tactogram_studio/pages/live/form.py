@@ -35,19 +35,28 @@ PLAN_FIELDS = {
 
 
 class LiveForm:
-    """Cards with the settings; ``start`` starts the `request`, ``data`` is the store that the page was opened with."""
+    """Cards with the settings; ``start`` starts the `request`, ``data`` is the store that the page was opened with.
+
+    ``key`` is that of `kit.TabSettings`.
+    """
 
     def __init__(
-        self, studio: Studio, runner: LiveRunner, start: Callable[[], Awaitable[None]], *, data: str = ""
+        self,
+        studio: Studio,
+        runner: LiveRunner,
+        start: Callable[[], Awaitable[None]],
+        *,
+        data: str = "",
+        key: str = "",
     ) -> None:
         self.studio, self._start_request = studio, start
-        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}))
+        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}), key)
+        kit.keep_address("/live", key=self.state.key)
         self.fields = kit.Form(self.state)
         self._choices: list[SourceChoice] = []
         self._recording = False
         if data:
             self.state["data"] = data
-            kit.keep_address("/live")  # a reload must not undo what is entered then
         with kit.card("Source"):
             self._address = self.fields.text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):

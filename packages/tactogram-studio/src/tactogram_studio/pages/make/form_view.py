@@ -73,6 +73,7 @@ def _draw_runs(state: MakePageState) -> None:
         if event.value and event.value != state.request.run:
             state.choose(event.value)
             state.commit(redraw=True)
+            state.failure = ""  # it was the other run's
             state.redraw_results()
 
     with kit.card(classes="part"):

@@ -34,12 +34,13 @@ def add(studio: Studio) -> None:
     _add_routes(studio, runs)
 
     @kit.route("/make")
-    def show(run: str = "") -> None:
-        storage = kit.TabSettings(app.storage.user.setdefault("make", {}), shared=("listed", "kept"))
+    def show(run: str = "", key: str = "") -> None:
+        storage = kit.TabSettings(app.storage.user.setdefault("make", {}), key, shared=("listed", "kept"))
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
             state.choose(run)
         with kit.page("Make", wide=True):
+            kit.keep_address("/make", key=storage.key)
             ui.add_head_html(HEAD)
             signal_view.load_player()
             if state.run is None:
@@ -64,7 +65,6 @@ class MakePage:
 
     def draw(self) -> None:
         """Draw the page."""
-        self._keep_address()
         with ui.element("div").classes("grid-2 make"):
             with ui.element("div").classes("make-form"):
                 self.form()
@@ -110,12 +110,8 @@ class MakePage:
     def _changed(self, redraw: bool) -> None:
         self.command.refresh()
         self._enable_undo()
-        self._keep_address()
         if redraw:
             self.form.refresh()
-
-    def _keep_address(self) -> None:
-        kit.keep_address("/make", run=self.state.request.run)
 
     def _enable_undo(self) -> None:
         self.undo_button.set_enabled(bool(self.state.storage.get("past")))

@@ -47,10 +47,10 @@ def add(studio: Studio) -> None:
         return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
     @kit.route("/send")
-    def show(of: str = "", tab: str = "") -> None:
+    def show(of: str = "", tab: str = "", key: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         with kit.page("Send"):
-            SendPage(studio, service, speaker, of, tab)
+            SendPage(studio, service, speaker, of, tab, key)
 
 
 def _result_file(service: SendService, identifier: str, name: str) -> Path:
@@ -66,15 +66,18 @@ def _result_file(service: SendService, identifier: str, name: str) -> Path:
 class SendPage:
     """One browser tab, opened with the signal ``of`` and the ``tab`` display or file, or the last ones."""
 
-    def __init__(self, studio: Studio, service: SendService, speaker: Speaker, of: str, tab: str) -> None:
+    def __init__(
+        self, studio: Studio, service: SendService, speaker: Speaker, of: str, tab: str, key: str
+    ) -> None:
         self.studio, self.sources = studio, service.sources
-        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}))
+        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}), key)
         self.state["tab"] = tab or self.state.get("tab", "display")
         self.selected: SelectedSignal | None = None
         self.signal: Signal | None = None
         of = of or str(self.state.get("of", ""))
         self._loading = bool(of)
-        self.state["of"] = self._asked = of
+        self._asked = of
+        self._keep(of=of)
         with ui.element("div").classes("grid-2"):
             with kit.column():
                 self._source_card(of)
@@ -97,7 +100,7 @@ class SendPage:
     def _keep(self, **changes: str) -> None:
         """Remember the signal and the tab, and name them in the address: for a reload, the way back and other tabs."""
         self.state.update(changes)
-        kit.keep_address("/send", of=self.state["of"], tab=self.state["tab"])
+        kit.keep_address("/send", of=self.state["of"], tab=self.state["tab"], key=self.state.key)
 
     def _required(self) -> SelectedSignal:
         if self.selected is None:

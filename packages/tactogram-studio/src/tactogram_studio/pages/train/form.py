@@ -119,21 +119,21 @@ def _listed(names: list[str]) -> str:
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
 
-def draw(studio: Studio, *, model: str = "", data: str = "", recipe: str = "") -> None:
-    """Draw the form, which survives a reload; ``model``, ``data`` and ``recipe`` preselect."""
+def draw(studio: Studio, *, model: str = "", data: str = "", key: str = "") -> None:
+    """Draw the form, which survives a reload; ``model`` and ``data`` preselect, ``key`` is the tab's."""
     stores = [studio.workspace.name_of(path) for path in studio.workspace.stores()]
     if not stores:
         ui.label("There is no store in this workspace yet.")
         ui.link("Simulate or import one", "/materials")
         return
-    values = kit.TabSettings(app.storage.user.setdefault("train", {}))
+    values = kit.TabSettings(app.storage.user.setdefault("train", {}), key)
+    kit.keep_address("/train", key=values.key)
     values.setdefault("changes", {})
     if data in stores or values.get("data") not in stores:
         values["data"] = data if data in stores else stores[0]
     models = available()
     if model in models:
         values["model"] = model
-        values["recipe"] = recipe or values.get("recipe")
     if values.get("model") not in models:
         store = open_store(studio.workspace.inside(values["data"]))
         values["model"], values["recipe"], _ = model_choice("generate", store)
@@ -239,7 +239,6 @@ class _TrainingForm:
 
     def _changed(self) -> None:
         """Show the command, or what is wrong with the form."""
-        kit.keep_address("/train", **{name: self.values[name] for name in ("model", "data", "recipe")})
         with kit.refusals(self.error):
             if self.settings:
                 self.values["set"] = assignments(self.settings, self.values["changes"])

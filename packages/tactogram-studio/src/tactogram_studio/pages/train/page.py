@@ -29,10 +29,10 @@ def add(studio: Studio) -> None:
     watch.add(studio)
 
     @kit.route("/train")
-    async def show(model: str = "", data: str = "", recipe: str = "") -> None:
+    async def show(model: str = "", data: str = "", key: str = "") -> None:
         with kit.page("Train"), ui.element("div").classes("grid-2"):
             with kit.card("Start a training"):
-                form.draw(studio, model=model, data=data, recipe=recipe)
+                form.draw(studio, model=model, data=data, key=key)
             with kit.column():
                 await _RunList(studio).draw()
 
