@@ -150,6 +150,7 @@ def test_a_recording_is_sent_as_a_file(surfaces):
 def test_only_files_that_may_be_signals_are_offered(sending):
     write_signal(sending.workspace.folder / "mine.wav", texture().select("x"))
     (sending.workspace.folder / "notes.txt").write_text("no signal\n")
+    (sending.workspace.folder / "metrics.jsonl").write_text('{"loss": 1}\n')
     assert list(sending.sources.files()) == ["file:mine.wav"]
 
 

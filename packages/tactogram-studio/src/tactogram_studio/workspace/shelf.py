@@ -22,7 +22,7 @@ from tactogram_studio.workspace.folder import FACTS, STORE, DatedFolders, Worksp
 SIGNAL, IMAGE = "signal.npz", "image.png"
 LONGEST_TITLE = 120
 MOST_LISTED = 1000
-TABLES = ("metrics.csv", "words.csv")
+TABLES = ("metrics.csv", "metrics.jsonl", "words.csv")
 """Tables of runs, which hold no signals."""
 
 

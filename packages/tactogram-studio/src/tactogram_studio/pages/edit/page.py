@@ -314,7 +314,7 @@ class EditPage:
             self._stored = self.saved.save(self.id, mine, before=self._stored)
             if self._stored != mine:
                 self.editor.change(self._stored)
-                ui.notify(CHANGED_ELSEWHERE, type="warning", multi_line=True, timeout=12_000)
+                ui.notify(CHANGED_ELSEWHERE, multi_line=True, timeout=12_000, close_button="Close")
         if new or title != self.editor.effect.title:
             self._effect_card.refresh()
 

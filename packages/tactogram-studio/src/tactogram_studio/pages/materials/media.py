@@ -88,12 +88,12 @@ def start_traits(store: Store, id: str, stream: str = "") -> SignalTraits:
     return STARTS.get(key, lambda: traits_of(recording_start(store, id, name)))
 
 
-def starts_of(store: Store, infos: Iterable[RecordingInfo]) -> dict[str, SignalTraits]:
+def starts_of(store: Store, infos: Iterable[RecordingInfo], stream: str = "") -> dict[str, SignalTraits]:
     """Return the traits of the starts of recordings by id, those that can be read; slow."""
     starts = {}
     for info in infos:
         with suppress(TactogramError, OSError):
-            starts[info.id] = start_traits(store, info.id)
+            starts[info.id] = start_traits(store, info.id, stream)
     return starts
 
 
@@ -103,6 +103,7 @@ def draw_recordings(
     infos: Sequence[RecordingInfo],
     starts: Mapping[str, SignalTraits],
     *,
+    stream: str = "",
     notes: Mapping[str, str] | None = None,
 ) -> None:
     """Draw recordings as rows, their spectrograms on a common scale for each unit, with a bar above.
@@ -119,7 +120,7 @@ def draw_recordings(
     for info in infos:
         start, note = starts.get(info.id), (notes or {}).get(info.id, "")
         top_db = None if start is None else tops[unit_of(start)]
-        _draw_recording(set_name, store, info, start, top_db=top_db, note=note)
+        _draw_recording(set_name, store, info, start, stream=stream, top_db=top_db, note=note)
 
 
 def _draw_recording(
@@ -128,12 +129,13 @@ def _draw_recording(
     info: RecordingInfo,
     start: SignalTraits | None,
     *,
+    stream: str,
     top_db: float | None,
     note: str,
 ) -> None:
     """Draw a recording as a row: photograph, link and metadata, waveform, spectrogram, sound."""
     title = info.material or "no material"
-    name = stream_of(store, info.id)
+    name = stream_of(store, info.id, stream)
     photographs = bool(store.photograph_keys())
     with ui.element("div").classes("recording" if photographs else "recording bare"):
         key = picture_of(store, info)
@@ -143,7 +145,7 @@ def _draw_recording(
             ui.element("div").classes("none").tooltip("no photograph")
         with ui.element("div").classes("metadata"):
             with ui.row().classes("items-center gap-2"):
-                link = ui.link(title, address("recording", set=set_name, id=info.id))
+                link = ui.link(title, address("recording", set=set_name, id=info.id, stream=stream))
                 link.style("overflow-wrap: anywhere")
                 if note:
                     ui.label(note).classes("small")
@@ -210,14 +212,15 @@ def draw_similar(
                     )
                     store = open_named(workspace, set_name)
                     nearest = [store.info(each["id"]) for each in similar["nearest"]]
-                    starts = await kit.in_background(starts_of, store, nearest)
+                    shown = stream if run == SPECTRAL else ""  # a classifier has a stream of its own
+                    starts = await kit.in_background(starts_of, store, nearest, shown)
                 if run == measure.value:
                     with results:
                         kit.hint(similar["measure"])
                         form = "{:.2f} dB" if similar["unit"] == "dB" else "{:.4f}"
                         notes = {each["id"]: form.format(each["distance"]) for each in similar["nearest"]}
                         with ui.element("div").classes("w-full"):
-                            draw_recordings(set_name, store, nearest, starts, notes=notes)
+                            draw_recordings(set_name, store, nearest, starts, stream=shown, notes=notes)
             except TactogramError as error:
                 if run == measure.value:
                     with results:
