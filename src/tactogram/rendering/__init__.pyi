@@ -58,6 +58,7 @@ from .files.catalogue import (
     file_name as file_name,
     haptic_format as haptic_format,
     haptic_formats as haptic_formats,
+    haptic_labels as haptic_labels,
     haptic_suffixes as haptic_suffixes,
 )
 from .files.conversion import (

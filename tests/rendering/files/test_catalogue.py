@@ -7,7 +7,13 @@ from tests.rendering.files.test_conversion import FORMATS, effect
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files import check_file, write_haptic
-from tactogram.rendering.files.catalogue import file_name, format_for, haptic_suffixes, recognised_format
+from tactogram.rendering.files.catalogue import (
+    file_name,
+    format_for,
+    haptic_labels,
+    haptic_suffixes,
+    recognised_format,
+)
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -31,6 +37,18 @@ def test_a_file_is_written_in_the_format_of_its_suffix_or_of_a_name():
 def test_a_name_has_the_format_where_several_share_the_suffix():
     assert file_name("tap", "ahap") == "tap.ahap"
     assert file_name("tap", "android") == "tap-android.json"
+
+
+def test_every_format_names_an_engine_that_the_docs_name():
+    engines = (Path(__file__).parents[3] / "docs/engines.md").read_text()
+    labels = haptic_labels()
+    assert set(labels) == set(FORMATS)
+    for name, form in FORMATS.items():
+        assert form.engine.split(",")[0].removeprefix("The ").split(" and ")[0] in engines, name
+        assert labels[name].endswith(f"{form.title} ({form.suffix})")
+    assert labels["haptic"].startswith("Unity and Unreal, on Quest: ")
+    assert labels["android"] == "Android waveform (.json)"
+    assert [*labels][:3] == ["android", "android_basic", "android_envelope"]
 
 
 def test_each_suffix_is_listed_once():

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from typing import Any, ParamSpec, TypeVar
+from urllib.parse import urlencode
 
 from fastapi.exception_handlers import http_exception_handler
 from nicegui import App, Client, app, ui
@@ -51,6 +52,17 @@ def route(address: str) -> ui.page:
     needs.
     """
     return ui.page(address, response_timeout=RESPONSE_TIMEOUT_S)
+
+
+def address(path: str, **query: object) -> str:
+    """Return the address of a page; empty values of the query are omitted."""
+    stated = {name: value for name, value in query.items() if value not in ("", None)}
+    return f"{path}?{urlencode(stated, safe=':/')}" if stated else path
+
+
+def keep_address(path: str, **query: object) -> None:
+    """Name what a page shows in its address, where a reload, the way back and other tabs find it."""
+    ui.navigate.history.replace(address(path, **query))
 
 
 @contextmanager

@@ -94,10 +94,21 @@ def test_a_saved_effect_is_replaced_listed_and_deleted(tmp_path):
     saved = SavedEffects(tmp_path / "effects")
     effect = ready("Tap").effect.changed(title="Mine")
     first = saved.add(Effect())
-    saved.save(first, effect)
+    assert saved.save(first, effect, before=Effect()) == effect
     assert (saved.get(first), saved.titles()) == (effect, {first: "Mine"})
     (tmp_path / "effects" / first / "effect.json").write_text("{")
     assert saved.titles() == {}
     saved.remove(first)
     with pytest.raises(DataError, match="it was deleted"):
-        saved.save(first, effect)
+        saved.save(first, effect, before=effect)
+
+
+def test_an_effect_that_another_tab_has_changed_is_not_overwritten(tmp_path):
+    saved = SavedEffects(tmp_path / "effects")
+    tap, buzz = (ready(title).effect for title in ("Tap", "Buzz"))
+    first = saved.add(Effect())
+    saved.save(first, tap, before=Effect())
+
+    assert saved.save(first, buzz, before=Effect()) == tap
+    assert saved.get(first) == tap
+    assert saved.save(first, buzz, before=tap) == saved.get(first) == buzz

@@ -1,11 +1,14 @@
+import io
+
 import numpy as np
 import pytest
+import soundfile
 
 from tactogram.errors import DataError
 from tactogram.rendering.files import haptic_formats, read_haptic
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
-from tactogram_studio.generation.files import encoded, store_motion, titles
+from tactogram_studio.generation.files import downloads, encoded, store_motion
 from tactogram_studio.generation.runs import (
     GeneratingRuns,
 )
@@ -55,9 +58,29 @@ def stored(folder, **changes):
     return ResultArchive(folder).keep(Signal(noise, **values), title="tile: 50 %, seed 0", facts={})
 
 
-def test_signals_and_haptic_files_are_offered():
-    assert {"wav", "csv", "npz"} <= set(titles())
-    assert set(haptic_formats()) <= set(titles())
+def test_files_are_offered_by_what_they_are_for(tmp_path):
+    listening, actuator, engine = downloads(stored(tmp_path / "made")).items()
+    assert listening == (
+        "For listening: 48 kHz, 16 bit, normalised to a peak of 0.5 of full scale",
+        {"listening": "WAV"},
+    )
+    assert actuator[0].endswith("as it is: m/s², 1,000 Hz, axes x, y, z")
+    assert {"wav", "csv", "npz"} <= set(actuator[1])
+    assert engine[0] == "For an engine"
+    assert set(engine[1]) == set(haptic_formats())
+    assert engine[1]["ahap"] == "iOS: AHAP (Apple) (.ahap)"
+
+
+def test_a_file_for_listening_can_be_played_anywhere(tmp_path):
+    name, data, loss = encoded(stored(tmp_path / "made"), "listening")
+    sound = soundfile.info(io.BytesIO(data))
+    assert (name, sound.samplerate, sound.subtype, sound.channels) == (
+        "tile-50-seed-0-listening.wav",
+        48_000,
+        "PCM_16",
+        1,
+    )
+    assert loss == "is for listening alone: it loses its strength and its axes, combined into one channel"
 
 
 def test_a_wav_has_the_samples_and_their_unit(tmp_path):

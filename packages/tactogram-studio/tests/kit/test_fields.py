@@ -1,9 +1,41 @@
-"""Fields of numbers."""
+"""Fields of numbers, and the settings of tabs."""
+
+import json
 
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram_studio.kit import in_range
+from tactogram_studio.kit import TabSettings, in_range
+from tactogram_studio.kit.fields import MOST_TABS
+
+
+def test_a_tab_keeps_its_settings_and_the_next_one_begins_with_the_last():
+    stored = {"display": "audio", "listed": ["a"]}
+    one, other = (TabSettings(stored, shared=("listed",)) for _ in range(2))
+    one["display"] = "phone"
+    one["listed"] = ["b", *one["listed"]]
+    one["level"] = "peak"
+
+    assert (other["display"], other.get("level")) == ("audio", None)
+    assert other["listed"] == ["b", "a"]
+    assert TabSettings(stored)["display"] == "phone"
+    del one["level"]
+    assert "level" not in stored
+
+
+def test_a_reload_finds_the_settings_of_its_tab_by_their_key():
+    stored = {"display": "audio", "past": [1]}
+    one = TabSettings(stored, "")
+    one["display"] = "phone"
+    TabSettings(stored, "")["display"] = "voice-coil"
+    stored = json.loads(json.dumps(stored))  # a restart
+
+    assert dict(TabSettings(stored, one.key)) == {"display": "phone", "past": [1]}
+    assert TabSettings(stored, "")["display"] == "voice-coil"
+    for _ in range(MOST_TABS):
+        TabSettings(stored, "")
+    assert len(stored["tabs"]) == MOST_TABS
+    assert TabSettings(stored, one.key)["display"] == "voice-coil"  # its own were dropped
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,12 @@ def test_a_report_is_shown_without_running_its_scripts(tab, run):
     reader.get_by_text("simulated data").wait_for()
     tab.get_by_role("button", name="evaluation.json").click()
     reader.get_by_text("0.9444").wait_for()
+    tab.wait_for_url("**/reports?of=runs/nine/evaluation.json")
+    tab.reload()
+    reader.get_by_text("0.9444").wait_for()
+    tab.go_back()
+    tab.frame_locator("iframe.report").get_by_role("heading", name="A report").wait_for()
+    tab.wrong.clear()
     tab.get_by_label("Search").first.fill("no such report")
     tab.get_by_text("No report matches.").wait_for()
 

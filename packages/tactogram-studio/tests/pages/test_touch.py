@@ -643,6 +643,22 @@ def test_choice_volume_and_arrangement_outlive_a_reload(touch):
     assert touch.input_value("#touch-volume") == "-30"
 
 
+def test_a_reload_keeps_what_was_chosen_after_an_address_and_each_tab_its_own(touch):
+    touch.goto("/touch?where=run&of=studio/first/voices&material=tile")
+    touch.wait_for_selector("#touch[data-ready=true]")
+    selected = "it => it.selectedOptions[0].text"
+    assert touch.eval_on_selector("#touch-texture-0", selected) == "tile"
+    touch.select_option("#touch-texture-0", label="cloth")
+    touch.wait_for_function("window.tactogramTouch.rows.tables()[0]?.head.name === 'cloth'")
+    other = touch.context.new_page()
+    other.goto("/touch?where=run&of=studio/first/voices&material=carpet")
+    other.wait_for_selector("#touch[data-ready=true]")
+    touch.reload()
+    touch.wait_for_selector("#touch[data-ready=true]")
+    assert touch.eval_on_selector("#touch-texture-0", selected) == "cloth"
+    other.close()
+
+
 def test_what_was_chosen_last_is_felt_although_what_was_chosen_before_came_later(touch):
     held = []
 

@@ -1,13 +1,18 @@
 """What of a signal is drawn: values that are known beforehand."""
 
 import io
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
 from PIL import Image
 
 from tactogram.signal import Signal
 from tactogram.signal.perception import detection_threshold
+from tactogram_studio.signals import pictures
 from tactogram_studio.signals.pictures import spectrogram_png, spectrum_options, waveform_options
 from tactogram_studio.signals.traits import (
     traits_of,
@@ -47,6 +52,13 @@ def test_the_threshold_is_drawn_in_the_signals_unit():
     for frequency, value in series["detection threshold"]:
         assert value == pytest.approx(float(detection_threshold(frequency, "m")), rel=2e-3)
     assert max(v for _, v in series["level"]) == pytest.approx(0.5, rel=0.01)
+
+
+def test_the_bar_has_the_colours_of_the_pictures():
+    style = (Path(pictures.__file__).parents[1] / "static/signals.css").read_text()
+    bar = re.findall(r"#[0-9a-f]{6}\b", style[style.index("linear-gradient(to right") :])
+
+    assert bar == [to_hex(colormaps["magma"](share)) for share in np.linspace(0, 1, 11)]
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7])

@@ -17,6 +17,7 @@ from tactogram_studio.signals.sound import (
     range_response,
     soft_limited,
     sound_of,
+    sound_text,
 )
 
 DATA = bytes(range(10))
@@ -41,6 +42,27 @@ def test_a_level_of_its_own_is_told():
     assert made.gain == pytest.approx(NORMAL_PEAK / 0.02, rel=0.02)
     assert made.normalised
     assert made.limited == 0
+
+
+def test_the_peak_is_that_of_what_is_heard_after_the_fades():
+    t = np.arange(2000) / 1000
+    cut = Signal(np.sin(2 * np.pi * 200 * t)[None], 1000.0, "m/s^2")  # resampling overshoots at its ends
+
+    assert np.abs(read(sound_of(cut).wav)[0]).max() == pytest.approx(NORMAL_PEAK, rel=1e-4)
+
+
+def test_a_file_for_listening_is_of_16_bit_at_48_khz_and_normalised():
+    weak = Signal(tone(1e-5, axes=3).samples, 40.0, "m", tuple("xyz"), "displacement")
+    clip = sound_of(weak, subtype="PCM_16")
+
+    info = soundfile.info(io.BytesIO(clip.wav))
+    assert (info.samplerate, info.subtype, info.channels) == (48_000, "PCM_16", 1)
+    assert np.abs(read(clip.wav)[0]).max() == pytest.approx(NORMAL_PEAK, rel=0.01)
+    said = sound_text(weak)
+    assert "played at 100 mm/s" in said
+    assert "combined into one channel" in said
+    assert "after 60 s" in sound_text(tone(1.0, rate=10.0, seconds=61.0))
+    assert sound_text(tone(1.0)) == "is for listening alone: it loses its strength"
 
 
 def test_at_a_common_gain_strengths_keep_their_ratio():

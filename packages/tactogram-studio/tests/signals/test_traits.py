@@ -7,7 +7,7 @@ from hypothesis import given, strategies as st
 from PIL import Image
 
 from tactogram.signal import Signal
-from tactogram.signal.perception import sensation_level_db
+from tactogram.signal.perception import detection_threshold, sensation_level_db
 from tactogram_studio.signals import traits as worked_out
 from tactogram_studio.signals.pictures import spectrogram_png, spectrum_options
 from tactogram_studio.signals.traits import (
@@ -17,6 +17,7 @@ from tactogram_studio.signals.traits import (
     rms_of,
     scales_of,
     spectrogram_db,
+    strongest_db,
     threshold_note,
     traits_of,
 )
@@ -115,7 +116,10 @@ def test_no_threshold_is_drawn_where_none_is_known(unit):
     signal = sine(250, 0.5, unit=unit)
 
     assert [one["name"] for one in spectrum_options(traits_of(signal))["series"]] == ["level"]
-    assert threshold_note(signal).startswith("No detection threshold is known in")
+    note, felt = threshold_note(signal)
+    assert note.startswith("No detection threshold is known in")
+    assert felt
+    assert threshold_note(sine(250, 0.0, unit=unit)) == ("The signal is silent: it cannot be felt.", False)
 
 
 def test_over_displacement_nothing_is_said_of_the_threshold():
@@ -125,15 +129,62 @@ def test_over_displacement_nothing_is_said_of_the_threshold():
 
     assert [one["name"] for one in options["series"]] == ["level"]
     assert options["xAxis"]["name"] == "cycles per mm"
-    assert "at a speed" in threshold_note(signal)
+    assert "at a speed" in threshold_note(signal)[0]
 
 
 def test_the_note_says_what_perception_says():
     weak, strong = sine(250, 1e-3), sine(250, 10.0)
 
-    assert threshold_note(strong).startswith(f"{sensation_level_db(strong):.0f} dB above")
-    assert threshold_note(weak).startswith(f"{-sensation_level_db(weak):.0f} dB below")
-    assert "cannot be felt" in threshold_note(sine(250, 0.0))
+    note, felt = threshold_note(strong)
+    assert note.startswith(f"{sensation_level_db(strong):.0f} dB above")
+    assert felt
+    note, felt = threshold_note(weak)
+    assert note.startswith(
+        f"Cannot be felt: its strongest moment is {-sensation_level_db(weak):.0f} dB below"
+    )
+    assert not felt
+
+
+def test_a_tap_is_felt_however_long_the_pause_after_it():
+    tap = np.zeros(round(20 * RATE))
+    tap[:60] = 0.8 * np.sin(2 * np.pi * 250 * np.arange(60) / RATE)
+    signal = Signal(tap[None], RATE, "m/s^2")
+
+    note, felt = threshold_note(signal)
+
+    assert sensation_level_db(signal) < 0
+    assert felt
+    assert f"strongest moment is {strongest_db(signal):.0f} dB above" in note
+    sine_db = sensation_level_db(sine(250, 0.8))
+    assert strongest_db(signal) == pytest.approx(sine_db + 10 * math.log10(60 / 400), abs=5)  # 0.03 of 0.2 s
+
+
+def test_what_is_slower_or_faster_than_people_feel_is_said_to_be():
+    note, felt = threshold_note(sine(2, 3.0))
+
+    assert not felt
+    assert note.endswith("Most of the signal is outside of that range.")
+    assert "20 to 1000 Hz" in note
+
+
+def test_the_threshold_decides_what_may_not_be_felt():
+    threshold = float(detection_threshold(250.0, "m/s^2"))
+
+    assert threshold_note(sine(250, 1.1 * threshold))[1]
+    assert threshold_note(sine(250, 0.5 * threshold))[0].startswith(
+        "May not be felt: its strongest moment is 6 dB"
+    )
+    assert threshold_note(sine(250, 0.1 * threshold))[0].startswith(
+        "Cannot be felt: its strongest moment is 20 dB"
+    )
+
+
+def test_spectrograms_share_a_scale_of_tens():
+    quiet, loud = (traits_of(sine(250, amplitude)) for amplitude in (0.01, 0.5))
+
+    assert scales_of([loud]).top_db == 0  # -6 dB
+    assert scales_of([quiet]).top_db == -40
+    assert scales_of([quiet, loud]).top_db == 0
 
 
 def test_level_is_about_the_mean_and_of_all_axes():

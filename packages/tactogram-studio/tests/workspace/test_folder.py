@@ -32,6 +32,26 @@ def test_runs_stores_and_sessions_are_found_by_the_file_that_makes_them_one(work
     assert workspace.sessions() == [session]
 
 
+def test_the_strokes_of_a_clone_are_no_store_to_choose(workspace):
+    made(workspace.folder / "clones" / "cork", "recipe.toml", "model.json")
+    made(workspace.folder / "clones" / "cork-strokes", "dataset.json")
+    own = made(workspace.folder / "data" / "back-strokes", "dataset.json")  # no clone has this name
+
+    assert workspace.stores() == [own]
+
+
+def test_files_that_the_studio_made_for_itself_are_not_offered(workspace):
+    for folder in ("spectra", "made/20260101-000000-000000", "exported", "kept/20260101-000000-000001"):
+        made(workspace.studio_folder / folder, "signal.npz")
+    made(workspace.studio_folder / "state", "answers.csv")
+    made(workspace.studio_folder / "uploads", "mine.npz")
+    made(workspace.folder / "lab", "take.npz", "answers.csv")
+
+    names = [workspace.name_of(path) for path in workspace.signal_files()]
+    assert names == ["lab/answers.csv", "lab/take.npz", "studio/uploads/mine.npz"]
+    assert [path.parent.name for path in workspace.user_files(".csv")] == ["lab"]
+
+
 def test_hidden_and_installed_folders_are_passed_over(workspace):
     made(workspace.folder / ".venv" / "run", "recipe.toml")
     made(workspace.folder / "node_modules" / "run", "recipe.toml")

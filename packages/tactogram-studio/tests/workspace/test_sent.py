@@ -1,4 +1,5 @@
 import json
+import os
 import shlex
 
 import numpy as np
@@ -68,6 +69,24 @@ def test_a_result_is_found_again_after_a_restart(sending):
     assert again.request == request
 
 
+def test_a_result_is_of_one_signal_as_it_was(sending):
+    other = sending.sources.shelf.keep(texture(1), title="Felt", facts={})
+    file = sending.workspace.folder / "take.npz"
+    write_signal(file, texture(2))
+    cork, felt, take = map(sending.sources.select, (sending.of, f"kept:{other.id}", "file:take.npz"))
+    old = sending.drive(DriveRequest(take.id, "audio", "peak=0.2"))
+    sending.drive(DriveRequest(cork.id, "audio", "peak=0.2"))
+    newest = sending.drive(DriveRequest(cork.id, "audio", "peak=0.3"))
+    assert [sending.latest(each, DriveRequest) for each in (cork, felt, take)] == [newest, None, old]
+    assert sending.latest(cork, FileRequest) is None
+
+    write_signal(file, texture(3))
+    os.utime(file, ns=(1, 1))  # whatever the clock's resolution
+    assert sending.latest(take, DriveRequest) is None
+    drive = read_signal(old.folder / "drive.npz")  # what was fitted, not what the file holds now
+    assert np.array_equal(read_signal(sending.drive_file(old, ".wav")).samples, drive.samples)
+
+
 @pytest.mark.parametrize("identifier", ["../../kept", "20261122-000000-000000", ""])
 def test_no_result_is_an_error_in_a_sentence(sending, identifier):
     with pytest.raises(DataError, match="no result"):
@@ -131,6 +150,7 @@ def test_a_recording_is_sent_as_a_file(surfaces):
 def test_only_files_that_may_be_signals_are_offered(sending):
     write_signal(sending.workspace.folder / "mine.wav", texture().select("x"))
     (sending.workspace.folder / "notes.txt").write_text("no signal\n")
+    (sending.workspace.folder / "metrics.jsonl").write_text('{"loss": 1}\n')
     assert list(sending.sources.files()) == ["file:mine.wav"]
 
 

@@ -46,6 +46,8 @@ class HapticFormat:
         Modalities that the format distinguishes, if any.
     highest_rate : float, Hz, optional
         Waveforms over time with a higher rate are resampled to it.
+    engine : str
+        What plays the files: an engine or a platform.
     parse, serialise : callable
         Convert a file's bytes (and its path, for errors) to a document, and back. JSON by default.
     """
@@ -65,8 +67,16 @@ class HapticFormat:
     )
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None
+    engine: str = ""
     parse: Callable[[bytes, Path], Any] = parse
     serialise: Callable[[Any], bytes] = encoded
+
+    @property
+    def label(self) -> str:
+        """What plays it, unless the title says so, title and suffix."""
+        first = self.engine.split(" ")[0]
+        engine = "" if self.title.startswith(first) else f"{self.engine}: "
+        return f"{engine}{self.title} ({self.suffix})"
 
 
 FORMATS = PluginGroup(
@@ -81,6 +91,12 @@ FORMATS = PluginGroup(
 def haptic_formats() -> dict[str, HapticFormat]:
     """Return every haptic format by name."""
     return {name: haptic_format(name) for name in FORMATS.names()}
+
+
+def haptic_labels() -> dict[str, str]:
+    """Return the label of every haptic format by name, those of an engine side by side."""
+    formats = sorted(haptic_formats().values(), key=lambda format: (format.engine.lower(), format.name))
+    return {format.name: format.label for format in formats}
 
 
 def haptic_format(name: str) -> HapticFormat:

@@ -63,6 +63,7 @@ class EnvelopeBuilder:
             name=name,
             title=self.title,
             suffix=".json",
+            engine="Android",
             holds="envelope",
             encode=self.encode,
             decode=self.decode,

@@ -169,9 +169,16 @@ class SavedEffects:
         """Save a new effect and return its id."""
         return self._folders.add(lambda part: write_text(part / EFFECT_FILE, effect.to_json()))
 
-    def save(self, identifier: str, effect: Effect) -> None:
-        """Replace an effect; `DataError` if it was deleted."""
+    def save(self, identifier: str, effect: Effect, *, before: Effect) -> Effect:
+        """Replace an effect and return what is stored then; `DataError` if it was deleted.
+
+        Nothing is replaced if the stored effect is no longer the one ``before``: another tab has changed it.
+        """
+        stored = self.get(identifier)
+        if stored != before:
+            return stored
         write_text(self._folder(identifier) / EFFECT_FILE, effect.to_json())
+        return effect
 
     def get(self, identifier: str) -> Effect:
         """Return an effect; `DataError` if there is none, or its file is damaged."""

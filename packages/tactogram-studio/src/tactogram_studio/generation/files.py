@@ -12,15 +12,18 @@ import numpy as np
 from PIL import Image as Pillow
 
 from tactogram.errors import DataError
-from tactogram.rendering import MotionFile, file_name, haptic_formats
+from tactogram.rendering import MotionFile, file_name, haptic_formats, haptic_labels
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal
 from tactogram.workflows import SIGNAL_FORMATS, convert, list_formats
-from tactogram_studio.signals.sound import PLAYBACK_MM_S
+from tactogram_studio.signals.sound import LISTENING, PLAYBACK_MM_S, listening_name, sound_of, sound_text
+from tactogram_studio.signals.traits import unit_of
 from tactogram_studio.workspace.commands import stem_of
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import check_upload, read_uploaded_image, safe_name
 
+FOR_LISTENING = "listening"
+"""Name of the WAV of `sound_of`, beside those of the formats of signals and haptic files."""
 MOST_SIDE = 4096
 """Longest side of a stored photograph, pixels; models use far fewer."""
 
@@ -82,20 +85,34 @@ def store_motion(folder: Path, name: str, data: bytes) -> str:
     return stored
 
 
-def titles() -> dict[str, str]:
-    """Return the titles of the formats by name."""
-    haptic = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
-    return {format: format.upper() for format in SIGNAL_FORMATS} | haptic
+def downloads(result: KeptResult) -> dict[str, dict[str, str]]:
+    """Return the titles of the formats of a result by name, by what they are for."""
+    signal = result.signal()
+    per = "Hz" if signal.domain == "time" else "per mm"
+    stated = f"{unit_of(signal)}, {signal.rate:,.6g} {per}, axes {', '.join(signal.axes)}"
+    return {
+        f"For listening: {LISTENING}": {FOR_LISTENING: "WAV"},
+        f"For an actuator or analysis, as it is: {stated}": {name: name.upper() for name in SIGNAL_FORMATS}
+        | {"wav": "WAV, 32-bit float"},
+        "For an engine": haptic_labels(),
+    }
 
 
 def encoded(result: KeptResult, format: str) -> tuple[str, bytes, str]:
-    """Return a result as a file: its name, its bytes, and what a haptic file keeps and loses.
+    """Return a result as a file: its name, its bytes, and what a haptic file or a sound loses.
 
     Raises
     ------
     TactogramError
         If the format cannot hold it.
     """
+    if format == FOR_LISTENING:
+        signal = result.signal()
+        return (
+            listening_name(stem_of(result.title)),
+            sound_of(signal, subtype="PCM_16").wav,
+            sound_text(signal),
+        )
     suffix, haptic = list_formats()[format]["suffix"], format in haptic_formats()
     name = file_name(stem_of(result.title), format) if haptic else f"{stem_of(result.title)}{suffix}"
     over_time = result.signal().domain == "time"

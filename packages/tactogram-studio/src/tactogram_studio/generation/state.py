@@ -21,6 +21,10 @@ from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.runs import FinishedRun
 from tactogram_studio.workspace.shelf import KeptResult, ResultArchive
 
+PRESSED = "pressed"
+"""Entry of the storage: a button of another page asked for a result, which the page Make generates once.
+
+No address does that: a link of any site could then start work."""
 MOST_COMPARED = 6
 MOST_LISTED = 12
 """Number of earlier results in the list."""

@@ -25,6 +25,7 @@ from tactogram_studio.kit.fields import (
     KINDS as KINDS,
     Form as Form,
     NumberField as NumberField,
+    TabSettings as TabSettings,
     declared_field as declared_field,
     file_button as file_button,
     file_field as file_field,
@@ -34,9 +35,11 @@ from tactogram_studio.kit.fields import (
 )
 from tactogram_studio.kit.parameters import ParameterFields as ParameterFields, value_of as value_of
 from tactogram_studio.layout import (
+    address as address,
     busy as busy,
     call_workflow as call_workflow,
     in_background as in_background,
+    keep_address as keep_address,
     page as page,
     route as route,
 )

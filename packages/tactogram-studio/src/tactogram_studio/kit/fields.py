@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import html
+import json
 import math
-from collections.abc import Awaitable, Callable, Iterator, Mapping, MutableMapping, Sequence
+import secrets
+from collections import UserDict
+from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping, MutableMapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, Protocol, TypeVar
-from urllib.parse import unquote, urlencode
+from urllib.parse import unquote
 
 from fastapi import HTTPException, Request
 from fastapi.responses import JSONResponse
@@ -19,7 +22,7 @@ from starlette.datastructures import UploadFile
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram_studio.kit.cards import attribute, hint
-from tactogram_studio.layout import in_background
+from tactogram_studio.layout import address, in_background
 from tactogram_studio.server.guard_rules import RECEIVED
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
@@ -42,11 +45,52 @@ KINDS = {
     "recording": ("Store", "No store in this workspace yet."),
 }
 """Label and text of an empty list, by kind of signal."""
+TABS, MOST_TABS = "tabs", 5
+"""Entry of a page's settings with those of its tabs by key, and how many of them are stored; the oldest are dropped."""
 RECEIVING_HEAD = (
     '<link rel="stylesheet" href="/static/receive.css">'
     '<script type="module" src="/static/receive.js"></script>'
 )
 FOLDER_INPUT = '<input type="file" hidden data-receive-input="{0}" {1}>'
+
+
+class TabSettings(UserDict[str, Any]):
+    """Settings of one tab, begun with those that the browser stored last; each change is stored for the next tab.
+
+    The tab's own are stored, too, under a ``key`` that belongs into its address: a reload and the way back find them
+    there, whatever other tabs have stored since. An empty key is replaced; with None there are none of its own. Of the
+    ``shared`` names there is one entry for all tabs.
+    """
+
+    def __init__(
+        self, stored: MutableMapping[str, Any], key: str | None = None, *, shared: Collection[str] = ()
+    ) -> None:
+        super().__init__()
+        self._stored, self._shared = stored, shared
+        self.key = secrets.token_hex(4) if key == "" else key
+        tabs: MutableMapping[str | None, Any] = stored.setdefault(TABS, {})
+        last = {name: value for name, value in stored.items() if name != TABS}
+        self._own = tabs.pop(self.key, None) or json.loads(json.dumps(last))
+        self.data.update(self._own)
+        if self.key is not None:
+            tabs[self.key] = self._own
+            self._own = tabs[self.key]
+        for oldest in [*tabs][:-MOST_TABS]:
+            del tabs[oldest]
+
+    def __contains__(self, name: object) -> bool:
+        return name in (self._stored if name in self._shared else self.data)
+
+    def __getitem__(self, name: str) -> Any:
+        return (self._stored if name in self._shared else self.data)[name]
+
+    def __setitem__(self, name: str, value: Any) -> None:
+        self.data[name] = self._stored[name] = value
+        self._own[name] = value
+
+    def __delitem__(self, name: str) -> None:
+        for values in (self.data, self._stored, self._own):
+            values.pop(name, None)
 
 
 class NumberField(ui.number):
@@ -258,7 +302,7 @@ def add_receiving_route(workspace: Workspace) -> None:
 
 def import_address(folder: str) -> str:
     """Return the address of the page that imports a folder of the workspace."""
-    return f"/materials/import?{urlencode({'folder': folder})}"
+    return address("/materials/import", folder=folder)
 
 
 @contextmanager

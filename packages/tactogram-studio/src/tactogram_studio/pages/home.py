@@ -15,7 +15,7 @@ from tactogram_studio.effects.effect import Effect
 from tactogram_studio.effects.files import SavedEffects
 from tactogram_studio.generation.form import GenerationRequest
 from tactogram_studio.generation.runs import GeneratingRuns
-from tactogram_studio.generation.state import MakePageState
+from tactogram_studio.generation.state import PRESSED, MakePageState
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.home_examples import EXAMPLES, add_route, draw_examples
@@ -65,7 +65,8 @@ def draw_first_touch(studio: Studio) -> None:
         described_by = dict.fromkeys(("material", "text", "image", "vibration", "words"))
         state.set(**{**described_by, **described.values}, typed=text)
         state.commit()
-        ui.navigate.to("/make?generate=true")
+        state.storage[PRESSED] = True
+        ui.navigate.to("/make")
 
     async def draw(name: str, data: bytes) -> None:
         width_mm = width.checked(least=1, most=10_000) or WIDTH_MM

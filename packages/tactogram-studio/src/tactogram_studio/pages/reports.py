@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections.abc import Callable, Mapping
 from itertools import groupby
 from typing import Any, Literal
 from urllib.parse import quote
@@ -52,25 +53,37 @@ def add(studio: Studio) -> None:
         return FileResponse(path, headers=headers)
 
     @kit.route("/reports")
-    def show(of: str = "", tab: str = "reports") -> None:
+    def show(of: str = "", tab: str = "reports", q: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
         with kit.page("Reports", wide=True) as dark:
             with ui.tabs().classes("w-full") as tabs:
                 panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
             first = panels.get(tab, panels["reports"])
-            with ui.tab_panels(tabs, value=first).classes("w-full bg-transparent"):
+            query = {"of": of, "tab": tab, "q": q}
+
+            def keep(**changes: str) -> None:
+                query.update(changes)
+                kit.keep_address("/reports", **query)
+
+            shown = ui.tab_panels(tabs, value=first, on_change=lambda event: keep(tab=event.value))
+            with shown.classes("w-full bg-transparent"):
                 with ui.tab_panel(panels["reports"]).classes("p-0"):
-                    ReportsPanel(studio, of, dark)
+                    ReportsPanel(studio, query, keep, dark)
                 with ui.tab_panel(panels["published"]).classes("p-0"):
-                    PublishedPanel()
+                    PublishedPanel(query, keep)
 
 
 class ReportsPanel:
-    """List of report files on the left, the selected one on the right, light or ``dark`` as the page."""
+    """List of report files on the left, the selected one on the right, light or ``dark`` as the page.
 
-    def __init__(self, studio: Studio, path: str, dark: ui.dark_mode) -> None:
-        self.studio, self.dark = studio, dark
+    ``query`` is that of the address, and ``keep`` changes it.
+    """
+
+    def __init__(
+        self, studio: Studio, query: Mapping[str, str], keep: Callable[..., None], dark: ui.dark_mode
+    ) -> None:
+        self.studio, self.query, self.keep, self.dark, path = studio, query, keep, dark, query["of"]
         dark.on_value_change(lambda _: self._reader.refresh(""))
         self.files = report_files(studio.workspace)
         self.selected = next((file for file in self.files if file.path == path), None)
@@ -78,7 +91,7 @@ class ReportsPanel:
             self.selected = self.files[0]
         with ui.element("div").classes("reader mt-4"):
             with kit.card(label="Reports", classes=""):
-                self._words = ui.input("Search", on_change=lambda _: self._list.refresh()).classes("w-full")
+                self._words = ui.input("Search", value=query["q"], on_change=self._search).classes("w-full")
                 self._words.props('clearable type="search"')
                 self._list()
             with kit.card(label="Reader", classes=""):
@@ -106,10 +119,12 @@ class ReportsPanel:
                         if file == self.selected:
                             button.props('aria-current="true"').classes("reading")
 
-    def _open(self, file: ReportFile) -> None:
-        self.selected = file
+    def _search(self) -> None:
+        self.keep(q=self._words.value or "")
         self._list.refresh()
-        self._reader.refresh("")
+
+    def _open(self, file: ReportFile) -> None:
+        ui.navigate.to(kit.address("/reports", of=file.path, q=self.query["q"]))
 
     @ui.refreshable_method
     def _reader(self, path: str) -> None:
@@ -150,20 +165,24 @@ def _keywords(file: ReportFile) -> str:
 class PublishedPanel:
     """Published results of every model next to ours."""
 
-    def __init__(self) -> None:
-        self.rows = published_rows()
+    def __init__(self, query: Mapping[str, str], keep: Callable[..., None]) -> None:
+        self.rows, self.keep = published_rows(), keep
         with kit.card("Published figures next to ours", label="Published and ours", classes="w-full mt-4"):
             kit.hint(
                 "Unless stated otherwise, ours were measured on other data: before you compare, read the data, the "
                 "split and the reason for the difference. The command tactogram table prints the same table."
             )
-            self._words = ui.input("Search", placeholder="model, measure, data …").classes("w-80")
-            self._words.props('clearable type="search" debounce="200"')
-            self._words.on_value_change(self._show)
+            self._words = ui.input("Search", value=query["q"], placeholder="model, measure, data …")
+            self._words.classes("w-80").props('clearable type="search" debounce="200"')
+            self._words.on_value_change(self._search)
             self._count = kit.hint("").props('role="status"')
             columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
             self._table = ui.table(columns=columns, rows=[], row_key="id").classes("w-full published")
             self._table.props("flat wrap-cells")
+        self._show()
+
+    def _search(self) -> None:
+        self.keep(q=self._words.value or "")
         self._show()
 
     def _show(self) -> None:

@@ -94,7 +94,7 @@ def waveform_height(traits: SignalTraits) -> int:
 
 def card_height(axes: int, *, small: bool) -> int:
     """Return the height of a card's pictures and texts, pixels, to reserve their space; ``small`` has no spectrum."""
-    return 84 * axes + 268 + (0 if small else 206)
+    return 84 * axes + 290 + (0 if small else 206)
 
 
 def spectrogram_png(

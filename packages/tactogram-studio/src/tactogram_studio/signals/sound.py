@@ -42,29 +42,49 @@ class AudioClip:
     normalised: bool
 
 
-def sound_of(signal: Signal, *, gain: float | None = None) -> AudioClip:
-    """Return a signal's sound for the browser.
+LISTENING = f"{RATE // 1000} kHz, 16 bit, normalised to a peak of {NORMAL_PEAK:g} of full scale"
+"""What `sound_of` returns of a signal as ``PCM_16`` without a gain."""
+
+
+def sound_of(signal: Signal, *, gain: float | None = None, subtype: str = "FLOAT") -> AudioClip:
+    """Return a signal's sound for the browser, or any player.
 
     Axes become one by DFT321, which keeps the power at every frequency; the mean is removed; the ends are faded over 5
     ms. A signal over displacement is played at `PLAYBACK_MM_S`. Without a ``gain`` (full scales per unit, > 0), the
-    largest sample becomes `NORMAL_PEAK`.
+    largest sample becomes `NORMAL_PEAK`. ``subtype`` is the WAV's: 32-bit FLOAT, or PCM_16.
     """
     if gain is not None and not 0 < gain <= MOST_GAIN:
         raise ParameterError.must("gain", f"be > 0 and at most {MOST_GAIN:g}", gain)
     x = _one_channel(signal)
+    fade = min(len(x) // 2, round(FADE_S * RATE))
+    if fade:
+        ramp = np.sin(np.linspace(0, np.pi / 2, fade, endpoint=False)) ** 2
+        x[:fade] *= ramp
+        x[-fade:] *= ramp[::-1]
     normalised = gain is None
     if gain is None:
         peak = float(np.abs(x).max())
         gain = min(NORMAL_PEAK / peak, MOST_GAIN) if peak > 0 else 1.0
     played, share = soft_limited(gain * x)
-    fade = min(len(played) // 2, round(FADE_S * RATE))
-    if fade:
-        ramp = np.sin(np.linspace(0, np.pi / 2, fade, endpoint=False)) ** 2
-        played[:fade] *= ramp
-        played[-fade:] *= ramp[::-1]
     out = io.BytesIO()
-    soundfile.write(out, played.astype(np.float32), RATE, "FLOAT", format="WAV")
+    soundfile.write(out, played.astype(np.float32), RATE, subtype, format="WAV")
     return AudioClip(out.getvalue(), gain, share, normalised)
+
+
+def listening_name(stem: str) -> str:
+    """Return the name of a file for listening."""
+    return f"{stem}-listening.wav"
+
+
+def sound_text(signal: Signal) -> str:
+    """Return what a sound for listening lost of a signal, to follow its name."""
+    over_time = signal.domain == "time"
+    seconds = signal.extent if over_time else signal.extent / PLAYBACK_MM_S
+    lost = ["its strength"]
+    lost += ["its axes, combined into one channel"] if len(signal.axes) > 1 else []
+    lost += [f"what is after {LONGEST_S:g} s"] if seconds > LONGEST_S else []
+    played = "" if over_time else f", played at {PLAYBACK_MM_S:g} mm/s"
+    return f"is for listening alone{played}: it loses {' and '.join(lost)}"
 
 
 def common_gain(peaks: list[float]) -> float:

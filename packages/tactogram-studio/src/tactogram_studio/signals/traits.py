@@ -18,6 +18,12 @@ from tactogram.signal import FELT_HZ, Domain, Signal, sensation_level_db
 WIDTH = 600
 """Width of a waveform's picture, pixels."""
 WITH_THRESHOLD = ("m", "m/s", "m/s^2")
+ACCURACY_DB = 10.0
+"""Of absolute thresholds; see `tactogram.signal.perception`."""
+MOSTLY_OUTSIDE = 0.1
+"""Share of the power within the felt range below which a signal is called mostly outside of it."""
+MOMENT_S = 0.2
+"""Length of the moments of which the strongest decides whether a signal is felt: about that of a tap with its decay."""
 BANDS_PER_DECADE = 10
 """Third octaves, base ten (IEC 61260-1)."""
 UNITS = {"m/s^2": "m/s²", "1": "(ratio)"}
@@ -39,6 +45,7 @@ class SignalTraits:
     rms, peak : float, in the unit
         See `rms_of` and `peak_of`.
     note : str
+    felt : bool
         See `threshold_note`.
     curves : tuple of (int64 array, float32 array)
         By axis, mean removed; see `envelope`.
@@ -57,6 +64,7 @@ class SignalTraits:
     rms: float
     peak: float
     note: str
+    felt: bool
     curves: tuple[tuple[NDArray[np.int64], NDArray[np.float32]], ...]
     frequency: NDArray[np.float64]
     level: NDArray[np.float32]
@@ -80,7 +88,7 @@ def traits_of(signal: Signal) -> SignalTraits:
         signal.extent,
         rms_of(signal),
         peak_of(signal),
-        threshold_note(signal),
+        *threshold_note(signal),
         tuple(envelope(axis.astype(np.float32), WIDTH) for axis in x),
         frequency,
         level.astype(np.float32),
@@ -93,7 +101,8 @@ class SharedScales:
     """Scales shared by the pictures of several signals.
 
     ``peak`` is the largest deviation from an axis' mean, ``extent`` the longest (s or mm), ``top_db`` the brightest
-    level (dB re 1 unit) and ``top_hz`` the highest frequency (Hz, or cycles per mm) of the spectrograms.
+    level (a multiple of 10, dB re 1 unit) and ``top_hz`` the highest frequency (Hz, or cycles per mm) of the
+    spectrograms.
     """
 
     peak: float
@@ -107,7 +116,7 @@ def scales_of(signals: Sequence[SignalTraits]) -> SharedScales:
     return SharedScales(
         peak=max(traits.peak for traits in signals) or 1.0,
         extent=max(traits.extent for traits in signals),
-        top_db=max(float(traits.level.max()) for traits in signals),
+        top_db=10 * math.ceil(max(float(traits.level.max()) for traits in signals) / 10),
         top_hz=max(traits.top_hz for traits in signals),
     )
 
@@ -127,17 +136,51 @@ def unit_of(signal: Signal | SignalTraits) -> str:
     return UNITS.get(signal.unit, signal.unit)
 
 
-def threshold_note(signal: Signal) -> str:
-    """Return a sentence with the signal's level relative to the detection threshold, or why there is none."""
+def threshold_note(signal: Signal) -> tuple[str, bool]:
+    """Return a sentence on the level relative to the detection threshold, or why there is none, and whether it is felt.
+
+    It is felt if its strongest moment is above the threshold (see `strongest_db`), or where that is not known.
+    """
+    if peak_of(signal) == 0:
+        return "The signal is silent: it cannot be felt.", False
     if signal.domain != "time":
-        return "A signal over displacement is felt at a speed only: no threshold is drawn."
+        return "A signal over displacement is felt at a speed only: no threshold is drawn.", True
     if signal.unit not in WITH_THRESHOLD:
-        return f"No detection threshold is known in {unit_of(signal)}."
+        return f"No detection threshold is known in {unit_of(signal)}.", True
     level = sensation_level_db(signal)
-    if not math.isfinite(level):
-        return f"No energy between {FELT_HZ[0]:g} and {FELT_HZ[1]:g} Hz: it cannot be felt."
     side = "above" if level >= 0 else "below"
-    return f"{abs(level):.0f} dB {side} the detection threshold (accurate to about 10 dB)."
+    note = f"{abs(level):.0f} dB {side} the detection threshold (accurate to about {ACCURACY_DB:g} dB)."
+    if level >= 0:
+        return note, True
+    strongest = strongest_db(signal)
+    if strongest >= 0:
+        return f"{note} Its strongest moment is {strongest:.0f} dB above it.", True
+    inside = float((band_levels(signal)[1] ** 2).sum() / 2) / rms_of(signal) ** 2
+    outside = " Most of the signal is outside of that range." if inside < MOSTLY_OUTSIDE else ""
+    return unfelt_text(strongest, of="its strongest moment") + outside, False
+
+
+def strongest_db(signal: Signal) -> float:
+    """Return the sensation level of the strongest `MOMENT_S` of a signal over time, dB: pauses do not count."""
+    half = max(1, round(MOMENT_S * signal.rate / 2))
+    x = np.pad(
+        centred(signal), ((0, 0), (half, 2 * half))
+    )  # each sample is in the middle of a moment, for its window
+    padded = signal.with_samples(x.astype(np.float32))
+    return max(
+        sensation_level_db(padded.cut(start, start + 2 * half)) for start in range(0, len(signal) + 1, half)
+    )
+
+
+def unfelt_text(level_db: float, *, of: str) -> str:
+    """Return the sentence that something with a sensation level below 0 dB is not felt."""
+    if not math.isfinite(level_db):
+        return f"Cannot be felt: no energy in the range of {FELT_HZ[0]:g} to {FELT_HZ[1]:g} Hz."
+    verb = "Cannot" if level_db < -ACCURACY_DB else "May not"
+    return (
+        f"{verb} be felt: {of} is {-level_db:.0f} dB below the detection threshold (accurate to about "
+        f"{ACCURACY_DB:g} dB) in the range of {FELT_HZ[0]:g} to {FELT_HZ[1]:g} Hz."
+    )
 
 
 def envelope(samples: NDArray[np.float32], width: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:

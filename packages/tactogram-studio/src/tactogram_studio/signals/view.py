@@ -18,6 +18,7 @@ from tactogram.errors import ParameterError, TactogramError
 from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.signals.pictures import (
+    RANGE_DB,
     card_height,
     spectrogram_png,
     spectrum_options,
@@ -164,14 +165,19 @@ def _pictures(
     """Draw a signal; ``others`` share its spectrum's scale, None omits the spectrum."""
     traits, title = shown.traits, entry.title
     ui.label(level_text(traits)).classes("small level")
-    kit.hint(traits.note)
+    draw_note(traits)
     _play_button(shown, title=title, gain=gain, key=entry.key)
     description = f"Waveform of {title}: {level_text(traits)}"
     _chart(waveform_options(traits, scales=scales), waveform_height(traits), description)
-    _spectrogram(shown.key, scales, over_time=traits.domain == "time", title=title)
+    _spectrogram(shown, scales, title=title)
     if others is not None:
         description = f"Spectrum of {title} in third octaves. {traits.note}"
         _chart(spectrum_options(traits, others=others), 200, description)
+
+
+def draw_note(traits: SignalTraits) -> ui.label:
+    """Draw what is known of the detection threshold; in red if the signal cannot be felt."""
+    return kit.hint(traits.note) if traits.felt else kit.alert(traits.note).classes("small")
 
 
 def level_text(traits: SignalTraits) -> str:
@@ -204,6 +210,8 @@ def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str
         if key:
             button.props(f'data-player-key="{key}" aria-keyshortcuts="{key}"')
         kit.hint(level)
+        if not shown.traits.felt:
+            ui.label(shown.traits.note.partition(":")[0].lower()).classes("small text-negative")
         ui.element("span").classes("small quiet").props(f'data-player-status="{address}" data-unit="{unit}"')
     ui.element("div").classes("playhead").props(f'data-player-head="{address}" aria-hidden="true"')
 
@@ -224,17 +232,26 @@ def _chart(options: dict[str, Any], height: int, description: str) -> None:
     chart.props(f'role="img" aria-label="{kit.attribute(description)}"')
 
 
-def _spectrogram(key: str, scales: SharedScales, *, over_time: bool, title: str) -> None:
+def draw_scale(top_db: float, unit: str, *, title: str = "") -> None:
+    """Draw the bar of the colours of spectrograms, with their lowest and highest level."""
+    with ui.element("div").classes("scale"):
+        kit.hint(f"{title} {top_db - RANGE_DB:.0f}")
+        ui.element("span").props('aria-hidden="true"')
+        kit.hint(f"{top_db:.0f} dB re 1 {unit}")
+
+
+def _spectrogram(shown: ShownSignal, scales: SharedScales, *, title: str) -> None:
     query = (
         f"peak={scales.peak:.6g}&extent={scales.extent:.9g}&top_db={scales.top_db:.6g}"
         f"&top_hz={scales.top_hz:.9g}"
     )
-    unit = "Hz" if over_time else "per mm"
+    unit = "Hz" if shown.traits.domain == "time" else "per mm"
     with ui.element("div").classes("spectrogram"):
         kit.hint(f"{scales.top_hz:.4g} {unit}").classes("top")
         kit.hint("0").classes("bottom")
         picture = ui.element("img").props(
-            f'src="/signals/{key}/spectrogram.png?{query}" alt="Spectrogram of {kit.attribute(title)}, 0 to '
+            f'src="/signals/{shown.key}/spectrogram.png?{query}" alt="Spectrogram of {kit.attribute(title)}, 0 to '
             f'{scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"'
         )
         picture.classes("w-full")
+    draw_scale(scales.top_db, unit_of(shown.traits))

@@ -230,6 +230,7 @@ document.addEventListener("keydown", (event) => {
   send({ do: key === "y" || event.shiftKey ? "redo" : "undo" });
 });
 new ResizeObserver(() => redraw()).observe(root);
+addEventListener("focus", () => send({ do: "ready" })); // another tab may have changed the effect
 
 window.tactogramEdit = {
   draw,

@@ -185,10 +185,10 @@ function made(name, text) {
   return element;
 }
 
-/** Return the settings of the last visit, or those that a saved page comes with. */
+/** Return the settings of this tab, else of the last visit, or those that a saved page comes with. */
 function stored() {
   try {
-    return JSON.parse($("settings")?.textContent ?? localStorage.getItem(SETTINGS) ?? "{}");
+    return JSON.parse($("settings")?.textContent ?? sessionStorage.getItem(SETTINGS) ?? localStorage.getItem(SETTINGS) ?? "{}");
   } catch {
     return {};
   }
@@ -199,7 +199,7 @@ function keep() {
   const gains = { ...kept.gain, [strongest.unit]: gain };
   const values = { rows: rows.state(), gain: gains, force: pad.force, hover: pad.hover, vibrate: vibration.on };
   try {
-    localStorage.setItem(SETTINGS, JSON.stringify(values));
+    for (const storage of [sessionStorage, localStorage]) storage.setItem(SETTINGS, JSON.stringify(values));
   } catch {
     // Without storage, a reload starts over.
   }

@@ -40,8 +40,10 @@ export class Rows {
     this.arrangement = kept?.arrangement === "mixed" ? "mixed" : "beside";
     this.ready = false;
     const asked = new URLSearchParams(location.search);
-    if (asked.get("of")) {
-      const key = keyOf({ where: asked.get("where") ?? "run", of: asked.get("of"), material: asked.get("material") ?? "" });
+    this._of = asked.get("of");
+    if (this._of) {
+      history.replaceState(null, "", location.pathname); // a reload must not undo what is chosen then
+      const key = keyOf({ where: asked.get("where") ?? "run", of: this._of, material: asked.get("material") ?? "" });
       this._rows = [{ key, lay: "auto", speed: null, weight: 1 }];
     }
   }
@@ -141,8 +143,7 @@ export class Rows {
   }
 
   _asked(key) {
-    const asked = new URLSearchParams(location.search).get("of");
-    return asked !== null && JSON.parse(key)[1] === asked;
+    return this._of !== null && JSON.parse(key)[1] === this._of;
   }
 
   _fresh(number) {

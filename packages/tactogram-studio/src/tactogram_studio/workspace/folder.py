@@ -19,6 +19,10 @@ from tactogram.text_files import REPLACEMENT, displayable, read_toml
 
 STUDIO = "studio"
 """Folder for the studio's own files: kept results, example surfaces, state."""
+UPLOADS = ("uploads", "dropped", "photos", "vibrations", "motions")
+"""Folders in it with files of the user."""
+STROKES = "-strokes"
+"""End of the name of a store beside the run of the same name: the strokes of a clone."""
 FACTS = "facts.json"
 """File of a folder named after its creation time, with what is known of its content."""
 DEPTH = 4
@@ -103,8 +107,8 @@ class Workspace:
         return [run for run in self.runs() if (run / "model.json").is_file()]
 
     def stores(self) -> list[Path]:
-        """Return the folders of data sets, by name."""
-        return sorted(self._folders_with(STORE))
+        """Return the folders of data sets, by name, except the strokes that clones are made of."""
+        return sorted(folder for folder in self._folders_with(STORE) if not _is_of_clone(folder))
 
     def sessions(self) -> list[Path]:
         """Return the folders of study sessions, newest first."""
@@ -133,9 +137,18 @@ class Workspace:
             if name.lower().endswith(suffixes) and not name.startswith(".")
         )
 
+    def user_files(self, *suffixes: str) -> list[Path]:
+        """Return the files with one of the suffixes, by name, except those that the studio made for itself."""
+        shown = [self.studio_folder / name for name in UPLOADS]
+        return [
+            path
+            for path in self.files(*suffixes)
+            if not path.is_relative_to(self.studio_folder) or any(map(path.is_relative_to, shown))
+        ]
+
     def signal_files(self) -> list[Path]:
-        """Return the files that may hold signals, by name; notes and logs rarely do."""
-        return self.files(*(suffix for suffix in READABLE if suffix not in (".txt", ".log")))
+        """Return the user's files that may hold signals, by name; notes and logs rarely do."""
+        return self.user_files(*(suffix for suffix in READABLE if suffix not in (".txt", ".log")))
 
     def recording_folders(self) -> list[Path]:
         """Return the folders with signal files in or below them, by name, except runs, stores and the studio's own."""
@@ -168,6 +181,10 @@ class Workspace:
             if count >= MOST_FOLDERS:
                 return
             yield folder, files
+
+
+def _is_of_clone(store: Path) -> bool:
+    return store.name.endswith(STROKES) and (store.with_name(store.name[: -len(STROKES)]) / RUN).is_file()
 
 
 def _changed(folder: Path) -> float:

@@ -7,6 +7,7 @@ request: a reload finds the result, and the same command makes the same file.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -131,15 +132,14 @@ class SendService:
         }
 
     def drive_file(self, result: SendResult, suffix: str) -> Path:
-        """Return the drive in a format, rendering it again on first use."""
+        """Return the drive in a format, converted on first use."""
         if suffix not in DRIVE_SUFFIXES or not isinstance(result.request, DriveRequest):
             raise ParameterError(
                 f"the format of a drive must be one of {', '.join(DRIVE_SUFFIXES)}, got {suffix[:20]!r}"
             )
         path = result.folder / f"drive{suffix}"
         if not path.is_file():
-            selected = self.sources.select(result.request.of)
-            render(selected.file, out=path, **self._render_options(result.request))
+            convert(result.folder / "drive.npz", path)
         return path
 
     def file(self, request: FileRequest) -> SendResult:
@@ -199,6 +199,16 @@ class SendService:
             raise DataError(folder / FACTS, "damaged; make the result again") from None
         return SendResult(identifier, folder, request, title, facts)
 
+    def latest(self, selected: SelectedSignal, kind: type) -> SendResult | None:
+        """Return the newest result of a signal by a kind of request, as long as its file has not changed since."""
+        for identifier in self._folders.names():
+            with suppress(DataError):
+                result = self.get(identifier)
+                of = result.request.of, result.facts.get("version")
+                if isinstance(result.request, kind) and of == (selected.id, selected.version):
+                    return result
+        return None
+
     def _made(
         self,
         request: DriveRequest | FileRequest,
@@ -208,9 +218,11 @@ class SendService:
     ) -> SendResult:
         kind = "drive" if isinstance(request, DriveRequest) else "file"
         values = {"kind": kind, "title": selected.title, **asdict(request)}
+        version = selected.version
 
         def write(part: Path) -> dict[str, Any]:
-            return make(part) | {"commands": commands, "simulated": selected.simulated, "request": values}
+            facts = {"commands": commands, "simulated": selected.simulated, "version": version}
+            return make(part) | facts | {"request": values}
 
         return self.get(self._folders.add(write, most=MOST_RESULTS))
 

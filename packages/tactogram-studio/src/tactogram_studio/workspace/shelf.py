@@ -22,7 +22,7 @@ from tactogram_studio.workspace.folder import FACTS, STORE, DatedFolders, Worksp
 SIGNAL, IMAGE = "signal.npz", "image.png"
 LONGEST_TITLE = 120
 MOST_LISTED = 1000
-TABLES = ("metrics.csv", "words.csv")
+TABLES = ("metrics.csv", "metrics.jsonl", "words.csv")
 """Tables of runs, which hold no signals."""
 
 
@@ -143,6 +143,11 @@ class SelectedSignal:
     file: Path
     simulated: bool
 
+    @property
+    def version(self) -> int:
+        """Number that changes when a file of the user does; kept results and recordings never change."""
+        return self.file.stat().st_mtime_ns if self.id.startswith("file:") else 0
+
     def signal(self) -> Signal:
         """Return the signal."""
         return read_signal(self.file)
@@ -165,13 +170,10 @@ class SignalSources:
 
     def files(self) -> dict[str, str]:
         """Return the files that may hold signals, those of runs included."""
-        hidden = [self.workspace.studio_folder / name for name in ("kept", "sent", "state", "first")]
         names = [
             self.workspace.name_of(path)
             for path in self.workspace.signal_files()
-            if not any(path.is_relative_to(folder) for folder in hidden)
-            and path.name not in TABLES
-            and not (path.parent / STORE).is_file()
+            if path.name not in TABLES and not (path.parent / STORE).is_file()
         ]
         return {f"file:{name}": name for name in names[:MOST_LISTED]}
 

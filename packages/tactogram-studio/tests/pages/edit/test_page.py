@@ -84,6 +84,30 @@ def test_a_double_tap_and_a_fading_buzz_are_drawn_undone_and_written(tab, worksp
     assert tab.get_by_role("button", name="Undo").is_disabled()
 
 
+def test_two_tabs_do_not_overwrite_each_other(tab, workspace):
+    opened(tab)
+    press(tab, "Tap")
+    tab.wait_for_url("**/edit?effect=*")  # the address leads to this effect, whatever other tabs open
+    other = tab.context.new_page()
+    other.goto(tab.url)
+    other.wait_for_function("() => window.did_handshake")
+    other.wait_for_selector('[data-focus="item 0 transients 0"]')
+    press(other, "Buzz")
+    other.get_by_role("group", name="Track 2: Buzz").wait_for()
+
+    press(tab, "Warning")
+    tab.get_by_text("Another tab has changed this effect").wait_for()
+    tab.get_by_role("group", name="Track 2: Buzz").wait_for()
+    assert [track.title for track in saved(workspace).tracks] == ["Tap", "Buzz"]
+    press(tab, "Undo")
+    tab.get_by_role("group", name="Track 2: Warning").wait_for()
+    assert [track.title for track in saved(workspace).tracks] == ["Tap", "Warning"]
+
+    other.evaluate("dispatchEvent(new Event('focus'))")
+    other.get_by_role("group", name="Track 2: Warning").wait_for()
+    other.close()
+
+
 def test_everything_works_by_keys(tab, workspace):
     opened(tab, "/edit?effect=none")
     tab.get_by_text("it was deleted: choose another").wait_for()

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import soundfile
 from PIL import Image as Pillow
 
 from tactogram.datasets import Ratings, Recording, create_store
@@ -139,6 +140,44 @@ def test_mix_generate_play_keep_compare_undo_and_reload(tab, workspace):
     assert tab.locator(".sliders .share").all_inner_texts() == shares
 
 
+def test_a_link_starts_no_work(tab, workspace):
+    stored = workspace / "studio" / "made"
+    before = set(stored.glob("*"))
+    tab.goto("/make?run=studio/first/voices&generate=true")
+    tab.get_by_text("Press Generate to see and play a result here.").wait_for()
+    generate(tab)
+    tab.locator(".signal").first.wait_for()
+    assert len(set(stored.glob("*")) - before) == 1  # what the button made
+
+
+def test_each_tab_keeps_its_form_and_result_through_a_reload(tab):
+    tab.goto("/make?run=studio/first/voices")
+    seed = tab.get_by_role("spinbutton", name="Seed")
+    seed.fill("41")
+    seed.press("Tab")
+    generate(tab)
+    tab.get_by_role("heading", name="seed 41").wait_for()
+    tab.wait_for_url("**/make?key=*")
+    other = tab.context.new_page()
+    other.goto("/make?run=texture_flow")
+    other.wait_for_function("() => window.did_handshake")
+    other.get_by_role("spinbutton", name="Seed").fill("7")
+    other.get_by_role("spinbutton", name="Seed").press("Tab")
+    generate(other)
+    other.get_by_role("heading", name="seed 7").wait_for()
+
+    tab.reload()
+    tab.get_by_role("heading", name="artificial-grass, seed 41").wait_for()
+    assert tab.get_by_role("combobox", name="Run").input_value().startswith("example surfaces")
+    assert seed.input_value() == "41"
+    tab.goto("/send")
+    tab.get_by_role("heading", level=1, name="Send").wait_for()
+    tab.go_back()
+    tab.get_by_role("heading", name="artificial-grass, seed 41").wait_for()
+    tab.get_by_role("button", name="seed 7").wait_for()  # among the earlier results, whichever tab made it
+    other.close()
+
+
 def test_a_result_on_a_phone_is_scrolled_to_announced_and_can_be_downloaded(tab, tmp_path):
     tab.set_viewport_size({"width": 390, "height": 844})
     tab.goto("/make")
@@ -151,9 +190,16 @@ def test_a_result_on_a_phone_is_scrolled_to_announced_and_can_be_downloaded(tab,
     assert tab.evaluate("document.documentElement.scrollWidth") == 390
     tab.get_by_role("button", name="Download").click()
     with tab.expect_download() as started:
-        tab.get_by_role("menuitem", name="WAV", exact=True).click()
+        tab.get_by_role("menuitem", name="WAV, 32-bit float").click()
     started.value.save_as(tmp_path / "made.wav")
     assert read_signal(tmp_path / "made.wav").unit == "m/s^2"
+    tab.get_by_role("button", name="Download").click()
+    tab.get_by_role("group", name="For an engine").get_by_role("menuitem", name="iOS: AHAP").wait_for()
+    with tab.expect_download() as started:
+        tab.get_by_role("group", name="For listening").get_by_role("menuitem").click()
+    started.value.save_as(tmp_path / "heard.wav")
+    assert soundfile.info(tmp_path / "heard.wav").samplerate == 48_000
+    tab.get_by_text("is for listening alone: it loses its strength").wait_for()
 
 
 def test_a_photograph_is_dropped_cropped_and_used(tab, photo_run, tmp_path):

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from nicegui import Client, ui
 
 from tactogram.datasets import Recording, create_store, open_store
 from tactogram.errors import ParameterError
@@ -7,6 +8,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import write_image, write_signal
 from tactogram.workflows.data.stores import add_signal
 from tactogram.workflows.recognition.spectral_search import band_centres, find_similar, spectrum
+from tactogram_studio.pages.materials.media import draw_recordings, starts_of
 
 SET = "studio/first/surfaces"
 
@@ -29,6 +31,29 @@ def tones(tmp_path):
         for number, (hz, rate) in enumerate([(50, 1000.0), (100, 1000.0), (200, 1000.0), (100, 2000.0)])
     )
     return create_store(tmp_path / "tones", made, name="tones", licence="made in a test")
+
+
+def test_the_starts_of_recordings_are_shown_on_one_scale(tones):
+    starts = starts_of(tones, tones.index)
+    assert set(starts) == {info.id for info in tones.index}
+    with Client(ui.page("/starts-test")) as client:
+        draw_recordings("tones", tones, tones.index, starts)
+        texts = [element.text for element in client.elements.values() if isinstance(element, ui.label)]
+        pictures = [str(element.props.get("src")) for element in client.elements.values()]
+    assert "0 dB re 1 m/s²" in texts
+    assert len([address for address in pictures if "spectrogram" in address and "top_db=0" in address]) == 4
+    assert "Cannot be felt." not in texts
+    client.delete()
+
+
+def test_a_recording_that_cannot_be_felt_says_so_in_its_row(tmp_path):
+    quiet = [Recording(streams={"acceleration": tone(100, level=1e-4)}, material="quiet", source="q.wav")]
+    store = create_store(tmp_path / "quiet", quiet, name="quiet", licence="made in a test")
+    with Client(ui.page("/unfelt-test")) as client:
+        draw_recordings("quiet", store, store.index, starts_of(store, store.index))
+        texts = [element.text for element in client.elements.values() if isinstance(element, ui.label)]
+    assert "Cannot be felt." in texts
+    client.delete()
 
 
 def test_similar_recordings_have_the_same_spectrum_at_any_level_and_rate(tones, tmp_path):

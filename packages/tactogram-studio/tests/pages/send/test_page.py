@@ -94,6 +94,64 @@ def test_an_upload_is_sent_and_a_wrong_one_is_a_sentence(tab, tmp_path):
     tab.get_by_label("The signal").get_by_text("mine.npz").wait_for()
 
 
+def test_a_result_belongs_to_its_signal_and_tabs_keep_theirs(tab, kept, workspace, tmp_path):
+    write_signal(workspace / "felt.csv", Signal(np.ones((1, 800), np.float32), 800, "m/s^2", ("x",)))
+    felt = "/send?of=file:felt.csv"
+    report = tab.get_by_role("region", name="Fit report")
+    tab.goto(f"/send?of=kept:{kept.id}")
+    drawn(tab)
+    tab.get_by_role("button", name="Fit to the display").click()
+    report.get_by_text("Cork on").wait_for()
+    tab.get_by_role("button", name="Play", exact=True).click()
+    tab.get_by_role("combobox", name="From").click()
+    tab.get_by_role("option", name="Files: outputs of runs").click()
+    tab.get_by_role("combobox", name="File", exact=True).click()
+    tab.get_by_role("option", name="felt.csv").click()
+    tab.get_by_label("The signal").get_by_text("felt.csv").wait_for()
+    report.get_by_text("The fit report will appear here.").wait_for()
+    assert tab.get_by_role("link", name="Drive as WAV").count() == 0
+    # What still plays says what it is, and can be stopped.
+    playing = tab.get_by_role("region", name="Playing on a device")
+    playing.get_by_text("Cork: ").wait_for()
+    playing.get_by_role("button", name="Stop").click()
+    playing.wait_for(state="hidden")
+
+    tab.wait_for_url(f"**{felt}*")
+    other = tab.context.new_page()
+    other.goto(f"/send?of=kept:{kept.id}")
+    other.get_by_role("region", name="Fit report").get_by_text("Cork on").wait_for()  # its own again
+    tab.reload()
+    tab.get_by_label("The signal").get_by_text("felt.csv").wait_for()
+    report.get_by_text("The fit report will appear here.").wait_for()
+    other.close()
+
+
+def test_what_cannot_be_felt_says_so_where_it_is_played(tab, workspace, tmp_path):
+    t = np.arange(2000) / 1000
+    quiet = Signal(1e-4 * np.sin(2 * np.pi * 200 * t)[None], 1000, "m/s^2", ("x",))
+    write_signal(workspace / "quiet.npz", quiet)
+    tab.goto("/send?of=file:quiet.npz&tab=display")
+    signal = tab.get_by_label("The signal")
+    note = signal.get_by_role("alert")
+    note.get_by_text("Cannot be felt: its strongest moment is").wait_for()
+    red = "e => getComputedStyle(e).color"
+    assert note.evaluate(red) == "rgb(164, 38, 44)"
+    assert signal.get_by_text("cannot be felt", exact=True).evaluate(red) == "rgb(164, 38, 44)"
+    assert signal.locator(".scale").inner_text().split() == ["-150", "-80", "dB", "re", "1", "m/s²"]
+    with tab.expect_download() as heard:
+        tab.get_by_role("button", name="For listening (WAV)").click()
+    heard.value.save_as(tmp_path / "heard.wav")
+    assert heard.value.suggested_filename == "quiet-listening.wav"
+    assert np.abs(read_signal(tmp_path / "heard.wav").samples).max() == pytest.approx(0.5, rel=0.01)
+
+    tab.get_by_role("radio", name="Physical").click()
+    tab.get_by_role("button", name="Fit to the display").click()
+    report = tab.get_by_role("region", name="Fit report")
+    report.get_by_role("alert").get_by_text("Cannot be felt: the output of this drive").wait_for()
+    playing = tab.get_by_role("region", name="Play on a device")
+    playing.get_by_role("alert").get_by_text("Cannot be felt: the output at this strength").wait_for()
+
+
 def test_a_result_gives_nothing_but_its_own_files(tab):
     for path in ("20260101-000000-000000/drive.wav", "x/..%2F..%2Fsecret"):
         answer = tab.request.get(f"/send/result/{path}")

@@ -331,6 +331,7 @@ def _curves(name: str, times: Line, values: Line) -> list[dict[str, Any]]:
 
 FORMAT = HapticFormat(
     name="ahap",
+    engine="iOS",
     title="AHAP (Apple)",
     suffix=".ahap",
     holds="envelope",

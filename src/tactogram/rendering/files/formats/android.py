@@ -60,6 +60,7 @@ def decode(document: Node) -> DecodedDocument:
 
 FORMAT = HapticFormat(
     name="android",
+    engine="Android",
     title="Android waveform",
     suffix=".json",
     holds="envelope",

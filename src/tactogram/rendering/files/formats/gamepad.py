@@ -95,6 +95,7 @@ def _of_motor(part: Part, strong: bool) -> Part:
 
 FORMAT = HapticFormat(
     name="gamepad",
+    engine="Godot and the web, on game pads",
     title="Gamepad effects",
     suffix=".json",
     holds="envelope",

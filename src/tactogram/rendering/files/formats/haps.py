@@ -172,6 +172,7 @@ def _perception(*melodies: list[dict[str, Any]]) -> dict[str, Any]:
 
 FORMAT = HapticFormat(
     name="haps",
+    engine="Unity and Unreal, with Interhaptics or WYVRN",
     title="Interhaptics effect v5",
     suffix=".haps",
     holds="envelope",

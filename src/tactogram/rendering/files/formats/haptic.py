@@ -111,6 +111,7 @@ def decode(document: Node) -> DecodedDocument:
 
 FORMAT = HapticFormat(
     name="haptic",
+    engine="Unity and Unreal, on Quest",
     title=".haptic v1 (Meta)",
     suffix=".haptic",
     holds="envelope",

@@ -162,6 +162,7 @@ def _ticks(seconds: float) -> int:
 
 FORMAT = HapticFormat(
     name="hjif",
+    engine="MPEG haptics",
     title="HJIF (MPEG)",
     suffix=".hjif",
     holds="waveform",

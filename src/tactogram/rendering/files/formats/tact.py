@@ -166,6 +166,7 @@ def _path(feedback: Node, length: float) -> list[tuple[float, float]]:
 
 FORMAT = HapticFormat(
     name="tact",
+    engine="bHaptics vests",
     title="bHaptics pattern",
     suffix=".tact",
     holds="envelope",

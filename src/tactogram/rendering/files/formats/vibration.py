@@ -112,6 +112,7 @@ def _entries(on: NDArray[np.bool_]) -> list[int]:
 
 FORMAT = HapticFormat(
     name="vibration",
+    engine="The web, on phones",
     title="W3C vibration pattern",
     suffix=".json",
     holds="on and off",

@@ -49,6 +49,7 @@ NOT_REACHABLE = (
     "To feel it on a phone, stop the studio and start it for the local network: tactogram studio --host 0.0.0.0. A QR "
     "code appears here then."
 )
+CHANGED_ELSEWHERE = "Another tab has changed this effect: its version is shown now. Undo brings yours back."
 MOST_MIB = 32
 Insert = Callable[[tuple[Track, ...], bool], None]
 STATE = "edit"
@@ -250,13 +251,15 @@ class EditPage:
             if effect:
                 kit.alert(str(error))
         self.editor.cursor = round(self.editor.effect.seconds, 2)
-        self._changes, self._title = 0, self.editor.effect.title
+        self._changes, self._title, self._stored = 0, self.editor.effect.title, self.editor.effect
+        if self.id:
+            kit.keep_address("/edit", effect=self.id)
         self._effect_card()
         with ui.element("div").classes("edit"):
             with ui.column().classes("items-stretch gap-4"):
                 draw_sources(studio, files, self._insert, of=of, audition=self._audition)
             with ui.column().classes("items-stretch gap-4 edit-main"):
-                self.timeline = Timeline(self.editor, self._changed, self._sound)
+                self.timeline = Timeline(self.editor, self._changed, self._sound, self._follow)
                 self.files = FilesCard(studio, files, keys, self.state, lambda: self.editor.effect)
 
     @ui.refreshable_method
@@ -304,11 +307,22 @@ class EditPage:
         new, title = not self.id, self._title
         if new:
             self.id = self.saved.add(self.editor.effect)
-            self.state["effect"] = self.id
+            self.state["effect"], self._stored = self.id, self.editor.effect
+            kit.keep_address("/edit", effect=self.id)
         else:
-            self.saved.save(self.id, self.editor.effect)
+            mine = self.editor.effect
+            self._stored = self.saved.save(self.id, mine, before=self._stored)
+            if self._stored != mine:
+                self.editor.change(self._stored)
+                ui.notify(CHANGED_ELSEWHERE, multi_line=True, timeout=12_000, close_button="Close")
         if new or title != self.editor.effect.title:
             self._effect_card.refresh()
+
+    def _follow(self) -> None:
+        """Take over what another tab has made of the effect; Undo brings this tab's back."""
+        if self.id and (stored := self.saved.get(self.id)) != self._stored:
+            self._stored = stored
+            self.editor.change(stored)
 
     def _sound(self) -> str:
         """Return the address of the effect's sound, another after each change."""

@@ -30,10 +30,19 @@ KEYS = (
 
 
 class Timeline:
-    """The card of the timeline; ``changed`` saves the effect, ``sound`` returns the address of its sound."""
+    """The card of the timeline; ``changed`` saves the effect, ``sound`` returns the address of its sound.
 
-    def __init__(self, editor: Editor, changed: Callable[[], None], sound: Callable[[], str]) -> None:
-        self.editor, self.changed, self.sound = editor, changed, sound
+    ``follow`` takes over what other tabs have made of it, whenever the script begins or the window gets the focus.
+    """
+
+    def __init__(
+        self,
+        editor: Editor,
+        changed: Callable[[], None],
+        sound: Callable[[], str],
+        follow: Callable[[], None],
+    ) -> None:
+        self.editor, self.changed, self.sound, self.follow = editor, changed, sound, follow
         self._number = 0
         self._card()
         ui.on("edit", self._event)
@@ -143,7 +152,7 @@ class Timeline:
         number = values.get("number")
         self._number = number if isinstance(number, int) else self._number
         others: dict[str, Callable[[], None]] = {
-            "ready": lambda: None,
+            "ready": self.follow,
             "undo": self.editor.undo,
             "redo": self.editor.redo,
         }

@@ -38,6 +38,7 @@ class LiveForm:
     """Cards with the settings; ``start`` starts the `request`.
 
     ``data`` and ``run`` are the store and the classifier of the page's address.
+    ``key`` is that of `kit.TabSettings`.
     """
 
     def __init__(
@@ -48,13 +49,15 @@ class LiveForm:
         *,
         data: str = "",
         run: str = "",
+        key: str = "",
     ) -> None:
         self.studio, self._start_request = studio, start
-        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}), key)
+        kit.keep_address("/live", key=self.state.key)
         self.fields = kit.Form(self.state)
         self._choices: list[SourceChoice] = []
         self._recording = False
-        self.state |= {name: value for name, value in (("data", data), ("run", run)) if value}
+        self.state.update({name: value for name, value in (("data", data), ("run", run)) if value})
         with kit.card("Source"):
             self._address = self.fields.text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):

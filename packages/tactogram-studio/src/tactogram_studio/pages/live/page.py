@@ -53,18 +53,20 @@ def add(studio: Studio) -> None:
     app.on_shutdown(runner.stop)
 
     @kit.route("/live")
-    def show(data: str = "", run: str = "") -> None:
+    def show(data: str = "", run: str = "", key: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')
         ui.add_body_html('<script type="module" src="/static/live.js"></script>')
         with kit.page("Live"):
-            LivePage(studio, runner, data=data, run=run)
+            LivePage(studio, runner, data=data, run=run, key=key)
 
 
 class LivePage:
     """One tab; it may answer questions while no other tab controls the sensor."""
 
-    def __init__(self, studio: Studio, runner: LiveRunner, *, data: str = "", run: str = "") -> None:
+    def __init__(
+        self, studio: Studio, runner: LiveRunner, *, data: str = "", run: str = "", key: str = ""
+    ) -> None:
         self.studio, self.runner = studio, runner
         self.tab = ui.context.client.id
         ui.context.client.on_disconnect(self._release)
@@ -72,7 +74,7 @@ class LivePage:
         self._unfinished()
         with ui.element("div").classes("grid-2") as self._grid:
             with ui.column().classes("items-stretch gap-4"):
-                self.form = LiveForm(studio, runner, self._start, data=data, run=run)
+                self.form = LiveForm(studio, runner, self._start, data=data, run=run, key=key)
             with ui.column().classes("items-stretch gap-4 happening"):
                 self._controls()
                 self._session()

@@ -80,6 +80,8 @@ def _draw_runs(state: MakePageState) -> None:
         if event.value and event.value != state.request.run:
             state.choose(event.value)
             state.commit(redraw=True)
+            state.failure = ""  # it was the other run's
+            state.redraw_results()
 
     with kit.card(classes="part"):
         titles = {run.name: run.title for run in state.runs.finished()}

@@ -17,7 +17,7 @@ from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.generation.form import GenerationRequest
 from tactogram_studio.generation.runs import GeneratingRuns
-from tactogram_studio.generation.state import MakePageState
+from tactogram_studio.generation.state import PRESSED, MakePageState
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.make.form_view import draw_form
 from tactogram_studio.pages.make.results_view import draw_results
@@ -34,12 +34,13 @@ def add(studio: Studio) -> None:
     _add_routes(studio, runs)
 
     @kit.route("/make")
-    def show(run: str = "", generate: bool = False) -> None:
-        storage = app.storage.user.setdefault("make", {})
+    def show(run: str = "", key: str = "") -> None:
+        storage = kit.TabSettings(app.storage.user.setdefault("make", {}), key, shared=("listed", "kept"))
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
             state.choose(run)
         with kit.page("Make", wide=True):
+            kit.keep_address("/make", key=storage.key)
             ui.add_head_html(HEAD)
             signal_view.load_player()
             if state.run is None:
@@ -48,8 +49,7 @@ def add(studio: Studio) -> None:
                 return
             drawn = MakePage(studio, state)
             drawn.draw()
-            if generate:
-                ui.run_javascript("history.replaceState(null, '', '/make')")  # a reload generates nothing
+            if storage.pop(PRESSED, False):
                 ui.timer(0.05, drawn.generate, once=True)
 
 

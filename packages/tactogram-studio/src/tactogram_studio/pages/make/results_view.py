@@ -10,7 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import DataError, TactogramError
 from tactogram_studio import kit
-from tactogram_studio.generation.files import encoded, titles
+from tactogram_studio.generation.files import downloads, encoded
 from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.signals.view import SignalEntry, signal_cards
 from tactogram_studio.workspace.commands import stem_of
@@ -103,7 +103,7 @@ def _draw_comparison_bar(
             select.props("outlined dense options-dense").classes("grow")
         if present.is_image:
             return
-        if present.facts.get("what") == "made" and not (state.run and state.run.ships):
+        if present.facts.get("what") == "made" and present.facts.get("run") != present.facts.get("model"):
             nearest = ui.button(NEAREST).props("outline dense")
             nearest.on_click(lambda: _add_nearest(state, present, nearest))
         with ui.element("div").props("data-player-loop"):
@@ -163,6 +163,9 @@ def _draw_actions(state: MakePageState, name: str, result: KeptResult, *, first:
         named = f"{label or text} {kit.attribute(result.title)}"
         ui.button(text, on_click=press).props(f'dense {look} aria-label="{named}"')
 
+    run = result.facts.get("run")
+    if result.facts.get("what") == "made" and run != state.request.run:
+        kit.hint(f"Made by {run}, not by the run of the form.").classes("w-full")
     if described := result.facts.get("described"):
         kit.hint(str(described)).classes("w-full")
     for note in result.facts.get("limited", ()):
@@ -239,5 +242,9 @@ def _draw_download(name: str, result: KeptResult) -> None:
         button.on_click(lambda: ui.download.from_url(_image_address(name), f"{stem_of(result.title)}.png"))
         return
     with button, ui.menu():
-        for format, title in titles().items():
-            ui.menu_item(title, partial(download, format)).props('role="menuitem"')
+        for purpose, formats in downloads(result).items():
+            with ui.element("div").props(f'role="group" aria-label="{kit.attribute(purpose)}"'):
+                kit.hint(purpose).classes("q-px-md q-pt-sm")
+                for format, title in formats.items():
+                    item = ui.menu_item(title, partial(download, format))
+                    item.props('role="menuitem" dense')

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Annotated, Any
-from urllib.parse import urlencode
 
 from fastapi import Header, Response
 from nicegui import app, ui
@@ -15,10 +17,13 @@ from tactogram.signal import Signal
 from tactogram.workflows import find_similar
 from tactogram_studio import kit
 from tactogram_studio.signals.pictures import spectrogram_png
+from tactogram_studio.signals.registry import ValueCache
 from tactogram_studio.signals.sound import range_response, sound_of
-from tactogram_studio.signals.traits import traits_of
+from tactogram_studio.signals.traits import SignalTraits, scales_of, traits_of, unit_of
+from tactogram_studio.signals.view import draw_scale
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.recordings import (
+    PICTURE_S,
     UNITS,
     open_named,
     picture_of,
@@ -30,7 +35,9 @@ from tactogram_studio.workspace.recordings import (
 )
 from tactogram_studio.workspace.runs import RunCatalogue
 
-HEAD = '<link rel="stylesheet" href="/static/materials.css">'
+HEAD = (
+    '<link rel="stylesheet" href="/static/materials.css"><link rel="stylesheet" href="/static/signals.css">'
+)
 KEPT = {"cache-control": "private, max-age=86400"}
 """A recording never changes under its id."""
 SPECTRAL = ""
@@ -38,12 +45,13 @@ COMPARED_BY = "near"
 """Key of the chosen classifier, or `SPECTRAL`, in the browser's storage."""
 COUNT = 8
 SHOWN_NAMES = 8
+STARTS: ValueCache[SignalTraits] = ValueCache(32 * 2**20, lambda traits: traits.level.nbytes)
+"""Traits of what small pictures show."""
 
 
 def address(page: str, **query: Any) -> str:
     """Return the address of a page or picture below ``/materials``."""
-    query = {name: value for name, value in query.items() if value not in ("", None)}
-    return f"/materials/{page}?{urlencode(query)}"
+    return kit.address(f"/materials/{page}", **query)
 
 
 def add_routes(workspace: Workspace) -> None:
@@ -61,9 +69,12 @@ def add_routes(workspace: Workspace) -> None:
         return content(trace_svg(recording_start(open_named(workspace, set), id, stream)), "image/svg+xml")
 
     @app.get("/materials/spectrogram")
-    def spectrogram(set: str, id: str, stream: str = "") -> Response:
-        traits = traits_of(recording_start(open_named(workspace, set), id, stream))
-        return content(spectrogram_png(traits, width=240, height=56), "image/png")
+    def spectrogram(set: str, id: str, stream: str = "", top_db: float | None = None) -> Response:
+        traits = start_traits(open_named(workspace, set), id, stream)
+        scales = scales_of([traits])
+        if top_db is not None and math.isfinite(top_db):
+            scales = replace(scales, top_db=top_db)
+        return content(spectrogram_png(traits, width=240, height=56, scales=scales), "image/png")
 
     @app.get("/materials/sound")
     def sound(set: str, id: str, stream: str = "", range: Annotated[str | None, Header()] = None) -> Response:
@@ -72,13 +83,59 @@ def add_routes(workspace: Workspace) -> None:
         return content(sound_of(signal).wav, "audio/wav", range)
 
 
-def draw_recording(
-    set_name: str, store: Store, info: RecordingInfo, *, stream: str = "", note: str = ""
-) -> None:
-    """Draw a recording as a row: photograph, link and metadata, waveform, spectrogram, sound.
+def start_traits(store: Store, id: str, stream: str = "") -> SignalTraits:
+    """Return the traits of a recording's start, as of `recording_start`."""
+    name = stream_of(store, id, stream)
+    key = (store.path, store.sha256, id, name)
+    return STARTS.get(key, lambda: traits_of(recording_start(store, id, name)))
 
-    ``set_name`` is relative to the workspace; ``note``, such as a distance, goes next to the material.
+
+def starts_of(store: Store, infos: Iterable[RecordingInfo], stream: str = "") -> dict[str, SignalTraits]:
+    """Return the traits of the starts of recordings by id, those that can be read; slow."""
+    starts = {}
+    for info in infos:
+        with suppress(TactogramError, OSError):
+            starts[info.id] = start_traits(store, info.id, stream)
+    return starts
+
+
+def draw_recordings(
+    set_name: str,
+    store: Store,
+    infos: Sequence[RecordingInfo],
+    starts: Mapping[str, SignalTraits],
+    *,
+    stream: str = "",
+    notes: Mapping[str, str] | None = None,
+) -> None:
+    """Draw recordings as rows, their spectrograms on a common scale for each unit, with a bar above.
+
+    ``set_name`` is relative to the workspace; ``starts`` are those of `starts_of`, and ``notes``, such as distances, go
+    next to the materials.
     """
+    by_unit: dict[str, list[SignalTraits]] = {}
+    for traits in starts.values():
+        by_unit.setdefault(unit_of(traits), []).append(traits)
+    tops = {unit: scales_of(each).top_db for unit, each in by_unit.items()}
+    for unit, top in tops.items():
+        draw_scale(top, unit, title="Spectrograms:")
+    for info in infos:
+        start, note = starts.get(info.id), (notes or {}).get(info.id, "")
+        top_db = None if start is None else tops[unit_of(start)]
+        _draw_recording(set_name, store, info, start, stream=stream, top_db=top_db, note=note)
+
+
+def _draw_recording(
+    set_name: str,
+    store: Store,
+    info: RecordingInfo,
+    start: SignalTraits | None,
+    *,
+    stream: str,
+    top_db: float | None,
+    note: str,
+) -> None:
+    """Draw a recording as a row: photograph, link and metadata, waveform, spectrogram, sound."""
     title = info.material or "no material"
     name = stream_of(store, info.id, stream)
     photographs = bool(store.photograph_keys())
@@ -96,9 +153,12 @@ def draw_recording(
                     ui.label(note).classes("small")
                 kit.mark_simulated(info.simulated)
             kit.hint(summary(info)).style("overflow-wrap: anywhere")
+            if start is not None and not start.felt:
+                whole = store.length(info.id, name) <= PICTURE_S * store.rate(info.id, name)
+                kit.alert("Cannot be felt." if whole else "Its beginning cannot be felt.").classes("small")
         query = {"set": set_name, "id": info.id, "stream": name}
         picture(address("trace", **query), f"Waveform of {name}, {title}")
-        picture(address("spectrogram", **query), f"Spectrogram of {name}, {title}")
+        picture(address("spectrogram", **query, top_db=top_db), f"Spectrogram of {name}, {title}")
         source = address("sound", **query)
         ui.element("audio").props(
             f'controls preload="none" src="{source}" aria-label="Play {kit.attribute(title)}"'
@@ -144,17 +204,29 @@ def draw_similar(
                 if run != SPECTRAL:
                     with kit.busy("Classifying the recording"):
                         prediction = await kit.call_workflow("classify", workspace.inside(run), signal)
+                    if run != measure.value:  # another comparison has begun
+                        return
                     with results:
                         _draw_prediction(prediction)
                 with kit.busy("Searching for similar recordings; the first search reads the whole store"):
                     similar = await kit.in_background(
                         _search, workspace, run, signal, set_name, stream, tuple(without)
                     )
-                with results:
-                    _draw_recordings(workspace, similar, set_name)
+                    store = open_named(workspace, set_name)
+                    nearest = [store.info(each["id"]) for each in similar["nearest"]]
+                    shown = stream if run == SPECTRAL else ""  # a classifier has a stream of its own
+                    starts = await kit.in_background(starts_of, store, nearest, shown)
+                if run == measure.value:
+                    with results:
+                        kit.hint(similar["measure"])
+                        form = "{:.2f} dB" if similar["unit"] == "dB" else "{:.4f}"
+                        notes = {each["id"]: form.format(each["distance"]) for each in similar["nearest"]}
+                        with ui.element("div").classes("w-full"):
+                            draw_recordings(set_name, store, nearest, starts, stream=shown, notes=notes)
             except TactogramError as error:
-                with results:
-                    kit.alert(str(error))
+                if run == measure.value:
+                    with results:
+                        kit.alert(str(error))
 
         measure.on_value_change(show)
         ui.timer(0.05, show, once=True)
@@ -201,12 +273,3 @@ def _draw_prediction(prediction: dict[str, Any]) -> None:
             bar = ui.element("div").classes("bar-of").props('aria-hidden="true"')
             bar.style(f"width: {100 * share:.1f}%")
             ui.label(f"{100 * share:.1f} %")
-
-
-def _draw_recordings(workspace: Workspace, similar: dict[str, Any], set_name: str) -> None:
-    kit.hint(similar["measure"])
-    store = open_named(workspace, set_name)
-    with ui.element("div").classes("w-full"):
-        for each in similar["nearest"]:
-            distance = f"{each['distance']:.2f} dB" if similar["unit"] == "dB" else f"{each['distance']:.4f}"
-            draw_recording(set_name, store, store.info(each["id"]), note=distance)

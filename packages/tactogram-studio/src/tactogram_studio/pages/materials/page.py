@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
-from nicegui import ui
+from nicegui import app, ui
 from PIL import Image as Pillow
 
 from tactogram.datasets import RecordingInfo, Store
@@ -25,11 +25,13 @@ from tactogram_studio.pages.materials.media import (
     HEAD,
     add_routes,
     address,
-    draw_recording,
+    draw_recordings,
     draw_similar,
     picture,
+    starts_of,
 )
 from tactogram_studio.signals import view as signal_view
+from tactogram_studio.signals.traits import SignalTraits
 from tactogram_studio.signals.view import signal_card
 from tactogram_studio.tasks.queue import output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
@@ -65,15 +67,17 @@ def _add_store_pages(workspace: Workspace) -> None:
             fields = dict(part.split("=", 1) for part in more.split("|") if "=" in part)
             chosen = RecordingFilter(q, material, {name: fields[name] for name in FIELDS if name in fields})
 
-            def read() -> tuple[Store, list[RecordingInfo], dict[str, list[str]]]:
+            def read() -> tuple[Store, list[RecordingInfo], dict[str, SignalTraits], dict[str, list[str]]]:
                 store = open_named(workspace, set)
-                return store, filtered(store.index, chosen), choices(store.index)
+                shown = filtered(store.index, chosen)
+                _, first, last = page_bounds(len(shown), number, PER_PAGE)
+                return store, shown, starts_of(store, shown[first:last]), choices(store.index)
 
-            store, shown, options = await kit.in_background(read)
+            store, shown, starts, options = await kit.in_background(read)
             _draw_head(set, store)
             if chosen == RecordingFilter():
                 _draw_materials(set, store)
-            _draw_recordings(set, store, chosen, number, shown, options)
+            _draw_recordings(set, store, chosen, number, shown, starts, options)
 
     @kit.route("/materials/recording")
     async def show_recording(set: str = "", id: str = "", stream: str = "") -> None:
@@ -145,6 +149,7 @@ def _draw_recordings(
     chosen: RecordingFilter,
     number: int,
     shown: Sequence[RecordingInfo],
+    starts: Mapping[str, SignalTraits],
     options: Mapping[str, list[str]],
 ) -> None:
     number, first, last = page_bounds(len(shown), number, PER_PAGE)
@@ -179,8 +184,7 @@ def _draw_recordings(
                 clear.props("flat dense")
         kit.hint(f"{first + 1 if shown else 0} to {last} of {len(shown):,}").props('role="status"')
         with ui.element("div").classes("w-full"):
-            for info in shown[first:last]:
-                draw_recording(name, store, info)
+            draw_recordings(name, store, shown[first:last], starts)
         pages = -(-len(shown) // PER_PAGE)
         if pages > 1:
             with ui.row().classes("items-center"):
@@ -246,13 +250,15 @@ def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
     with kit.card("Simulate a data set", classes=""):
         kit.hint("Surfaces computed from formulas. Everything derived from them is marked as simulated.")
         options = {name: f"{name}: {text}" for name, text in sets.items()}
-        kind = ui.select(options, label="Set", value="stroking9").classes("w-full")
+        state = kit.TabSettings(app.storage.user.setdefault("simulate", {}))
+        kind = kit.Form(state).choice("kind", options, "Set", "stroking9")
         with ui.row().classes("w-full"):
             fields = kit.ParameterFields(
                 parameters(simulate_to_store),
                 ("per_class", "seconds", "photographs", "seed"),
                 labels={"per_class": "Recordings per class", "photographs": "Photographs per surface"},
                 examples={"per_class": "default", "seconds": "default", "photographs": "one", "seed": "0"},
+                entries=state,
                 classes="w-44",
             )
         name = ui.input("Name").classes("w-full")

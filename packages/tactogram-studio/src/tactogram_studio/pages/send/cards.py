@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 from nicegui import ui
 
-from tactogram.errors import TactogramError
+from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.workspace.sent import SendResult, SendService
@@ -15,22 +12,21 @@ from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 class RequestCards:
-    """A form and its last result, side by side.
+    """A form and the newest result of the selected signal, side by side.
 
-    ``state`` holds the browser's settings, and the id of the last result under the name ``key``; ``selected`` returns
-    the signal to send, or raises. Subclasses draw a form with `signal_fields`, and a result.
+    ``state`` holds the tab's settings, whose names begin with ``key``. Subclasses draw a form with `signal_fields`,
+    and a result.
     """
 
     key: str
     kind: type
     """Of requests."""
 
-    def __init__(
-        self, service: SendService, state: dict[str, Any], selected: Callable[[], SelectedSignal]
-    ) -> None:
-        self.service, self.state, self.selected = service, state, selected
+    def __init__(self, service: SendService, state: kit.TabSettings) -> None:
+        self.service, self.state = service, state
         self.fields = kit.Form(state)
-        self.result = self._last_result()
+        self.result: SendResult | None = None
+        self._selected: SelectedSignal | None = None
         self._signal: Signal | None = None
         with ui.element("div").classes("grid-2 mt-4 w-full"):
             with kit.column():
@@ -55,18 +51,11 @@ class RequestCards:
         """Draw the result."""
         self.draw_cards()
 
-    def _last_result(self) -> SendResult | None:
-        try:
-            result = self.service.get(str(self.state.get(self.key)))
-        except TactogramError:
-            self.state.pop(self.key, None)
-            return None
-        return result if isinstance(result.request, self.kind) else None
-
     def show(self, result: SendResult) -> None:
-        """Show another result."""
-        self.result, self.state[self.key] = result, result.id
-        self.draw_result.refresh()
+        """Show a new result, unless another signal has been selected meanwhile."""
+        if self._selected is not None and result.request.of == self._selected.id:
+            self.result = result
+            self.draw_result.refresh()
 
     @ui.refreshable_method
     def signal_fields(self) -> None:
@@ -77,10 +66,20 @@ class RequestCards:
         if signal is not None and signal.domain != "time":
             self.fields.number(f"{self.key}_speed", "Finger speed, mm/s", 100.0)
 
-    def set_signal(self, signal: Signal) -> None:
-        """Show the fields that this signal needs."""
-        self._signal = signal
+    @property
+    def selected(self) -> SelectedSignal:
+        """The signal to send; `ParameterError` if there is none."""
+        if self._selected is None:
+            raise ParameterError("Choose a signal to send first.")
+        return self._selected
+
+    def set_signal(
+        self, selected: SelectedSignal | None, signal: Signal | None, result: SendResult | None
+    ) -> None:
+        """Show the fields that another signal needs, and its newest result."""
+        self._selected, self._signal, self.result = selected, signal, result
         self.signal_fields.refresh()
+        self.draw_result.refresh()
 
     @property
     def axis_option(self) -> str:

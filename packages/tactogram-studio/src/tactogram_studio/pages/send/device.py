@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from nicegui import ui
@@ -10,6 +11,7 @@ from tactogram.rendering import open_display
 from tactogram.signal.io import read_signal
 from tactogram_playback import CAREFUL, NULL, outputs
 from tactogram_studio import kit
+from tactogram_studio.signals.traits import unfelt_text
 from tactogram_studio.tasks.speaker import Speaker, recently_played
 from tactogram_studio.workspace.commands import arguments, command_line
 from tactogram_studio.workspace.sent import DriveRequest, SendResult, SendService
@@ -19,22 +21,36 @@ BUFFERED = "digilent"
 
 
 class DeviceCard:
-    """Card below a fit report; ``state`` holds the browser's last output."""
+    """Card below a fit report; ``state`` holds the last output."""
 
-    def __init__(self, service: SendService, speaker: Speaker, state: dict[str, Any]) -> None:
+    def __init__(self, service: SendService, speaker: Speaker, state: kit.TabSettings) -> None:
         self.service, self.speaker, self.state = service, speaker, state
         self.result: SendResult | None = None
         self._outputs: list[dict[str, Any]] = []
+        self._level_db: float | None = None
 
-    def draw(self, result: SendResult, unit: str) -> None:
-        """Draw the card for a result whose drive is in ``unit``."""
-        self.result = result
+    def draw(self, result: SendResult, unit: str, level_db: float | None) -> None:
+        """Draw the card for a result whose drive is in ``unit``; ``level_db`` is the output's, as of `output_db`."""
+        self.result, self._level_db = result, level_db
         with kit.card("Play on a device"):
             kit.hint(
                 "Playback starts at a quarter of the drive with a fade-in; turn it up while it plays. It never exceeds "
                 "the drive above."
             )
             self._devices(unit)
+
+    def draw_running(self) -> None:
+        """Draw what plays, of whichever signal, with a button that stops it; nothing while nothing plays."""
+        with kit.card("Playing on a device") as card:
+            status = ui.label()
+            ui.button("Stop", icon="stop", color="negative", on_click=self._fade_out)
+
+        def update() -> None:
+            status.text = self._progress()
+            card.set_visibility(self.speaker.busy)
+
+        update()
+        ui.timer(0.2, update)
 
     @ui.refreshable_method
     def _devices(self, unit: str) -> None:
@@ -69,6 +85,8 @@ class DeviceCard:
         ui.label().bind_text_from(
             self._strength, "value", lambda share: f"Strength: {100 * share:.0f} % of the drive"
         ).classes("small")
+        self._unfelt = kit.alert()
+        self._show_unfelt()
         with ui.row().classes("items-end gap-4"):
             self._loop = ui.number("Repeat for, s (empty: once)", min=0).classes("w-64")
             self._full_scale = ui.number("Volts at the card's full scale", min=0).classes("w-64")
@@ -101,14 +119,25 @@ class DeviceCard:
         self.state["output"] = device
         self._update()
 
-    async def _stop(self) -> None:
+    async def _fade_out(self) -> None:
         await kit.in_background(self.speaker.stop)
+
+    async def _stop(self) -> None:
+        await self._fade_out()
         self._update()
 
     def _set_strength(self) -> None:
         playing = self.speaker.playing
         if playing is not None and self.speaker.busy:
             playing.strength = float(self._strength.value)
+        self._show_unfelt()
+
+    def _show_unfelt(self) -> None:
+        share = float(self._strength.value)
+        level_db = (
+            math.inf if self._level_db is None or not share else self._level_db + 20 * math.log10(share)
+        )
+        self._unfelt.text = unfelt_text(level_db, of="the output at this strength") if level_db < 0 else ""
 
     def _update(self) -> None:
         playing, busy = self.speaker.playing, self.speaker.busy
@@ -117,7 +146,7 @@ class DeviceCard:
         if playing is None:
             text = ""
         elif busy:
-            text = f"{self.speaker.title}: {playing.seconds:.1f} of {playing.total_s:.1f} s"
+            text = self._progress()
         elif playing.state == "failed":
             text = str(playing.error)
         else:
@@ -126,6 +155,10 @@ class DeviceCard:
             self._status.text = text
             if not busy:
                 self._log.refresh()
+
+    def _progress(self) -> str:
+        playing = self.speaker.playing
+        return f"{self.speaker.title}: {playing.seconds:.1f} of {playing.total_s:.1f} s" if playing else ""
 
     @ui.refreshable_method
     def _log(self) -> None:

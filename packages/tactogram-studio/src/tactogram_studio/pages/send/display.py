@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -10,13 +11,14 @@ from nicegui import ui
 
 from tactogram.errors import TactogramError
 from tactogram.rendering import Display, display_family, open_display, read_calibrations, shipped
+from tactogram.signal import Signal, sensation_level_db
 from tactogram.workflows import levels_of, list_displays
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.pages.send.device import DeviceCard
+from tactogram_studio.signals.traits import strongest_db, unfelt_text
 from tactogram_studio.tasks.speaker import Speaker
 from tactogram_studio.workspace.sent import LEVEL_VALUES, LEVELS, DriveRequest, SendService, level_text
-from tactogram_studio.workspace.shelf import SelectedSignal
 
 
 @lru_cache(maxsize=64)
@@ -29,15 +31,9 @@ class DisplayCards(RequestCards):
 
     key, kind = "drive", DriveRequest
 
-    def __init__(
-        self,
-        service: SendService,
-        speaker: Speaker,
-        state: dict[str, Any],
-        selected: Callable[[], SelectedSignal],
-    ) -> None:
+    def __init__(self, service: SendService, speaker: Speaker, state: kit.TabSettings) -> None:
         self._device = DeviceCard(service, speaker, state)
-        super().__init__(service, state, selected)
+        super().__init__(service, state)
 
     def axis_options(self, axes: tuple[str, ...]) -> dict[str, str]:
         """Return the ways to map several axes to those of a display."""
@@ -103,7 +99,7 @@ class DisplayCards(RequestCards):
     def _request(self) -> DriveRequest:
         state, level = self.state, self.state["level"]
         return DriveRequest(
-            self.selected().id,
+            self.selected.id,
             state["display"],
             level_text(level, state.get(f"value_{level}")),
             self.axis_option,
@@ -123,6 +119,7 @@ class DisplayCards(RequestCards):
         if result is None or not isinstance(result.request, DriveRequest):
             with kit.card(label="Fit report"):
                 ui.label("The fit report will appear here.").classes("quiet")
+            self._device.draw_running()
             return
         with kit.card(label="Fit report"):
             display = open_display(self.service.display_file(result.request.display))
@@ -132,6 +129,9 @@ class DisplayCards(RequestCards):
             with ui.element("div").classes("warned").props('role="note" aria-label="Safety"'):
                 for warning in warnings_of(display, report):
                     ui.label(warning)
+            level_db = output_db(report, self._signal)
+            if level_db is not None and level_db < 0:
+                kit.alert(unfelt_text(level_db, of="the output of this drive"))
             ui.html(
                 f'<img src="{files}/drive.report.png" alt="Signal, drive with its limits, and output; the text below '
                 'says the same" width="100%">',
@@ -145,11 +145,29 @@ class DisplayCards(RequestCards):
             with ui.expansion("Full report as text").classes("w-full"):
                 ui.label(str(result.facts["text"])).classes("code")
             with ui.row().classes("gap-2 items-center"):
+                drive = report["drive"]
+                kit.hint(f"For the actuator, in {drive['unit']} at {drive['rate']:,.6g} Hz:")
                 for suffix in ("wav", "csv", "npz"):
                     ui.link(f"Drive as {suffix.upper()}", f"{files}/drive.{suffix}").props("download")
                 ui.link("Report (JSON)", f"{files}/drive.report.json").props("download")
             kit.command_lines(result.facts["commands"])
-        self._device.draw(result, display.unit)
+        self._device.draw(result, display.unit, level_db)
+
+
+def output_db(report: Mapping[str, Any], signal: Signal | None) -> float | None:
+    """Return the sensation level of a drive's output at its strongest moment, dB; None where it is not known.
+
+    The report has that of the whole; the strongest moment of the ``signal`` is as far above the whole.
+    """
+    if report["drive"]["rms"] == 0:
+        return -math.inf
+    levels = report["facts"].get("sensation_level_db")
+    if levels is None:
+        return None
+    level: float = -math.inf if levels["rendered"] is None else levels["rendered"]
+    if level < 0 and signal is not None and signal.domain == "time" and math.isfinite(level):
+        level += max(0.0, strongest_db(signal) - sensation_level_db(signal))
+    return level
 
 
 def warnings_of(display: Display, report: Mapping[str, Any]) -> list[str]:

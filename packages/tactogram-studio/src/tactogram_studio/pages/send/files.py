@@ -10,11 +10,14 @@ from nicegui import ui
 from tactogram.rendering import (
     haptic_format,
     haptic_formats,
+    haptic_labels,
 )
+from tactogram.signal import Signal
 from tactogram_studio import kit
 from tactogram_studio.pages.send.cards import RequestCards
 from tactogram_studio.workspace.file_losses import Curve, loss_text, losses_table, strength_curves
 from tactogram_studio.workspace.sent import FileRequest, SendResult
+from tactogram_studio.workspace.shelf import SelectedSignal
 
 LOSSES = {
     "envelope_correlation": ("Strength over time, r", "1 is perfect"),
@@ -45,17 +48,21 @@ class FileCards(RequestCards):
     def draw_form(self) -> None:
         """Draw the form."""
         with kit.card("File format"):
-            titles = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
-            titles = {"": "all formats that can store it"} | titles
+            titles = {"": "all formats that can store it"} | haptic_labels()
             self.fields.choice("format", titles, "Format", "").on_value_change(self._describe_format)
             self._holds = kit.hint("")
             self.signal_fields()
             self._full_scale = ui.number("Full scale, in the signal's unit", min=0).classes("w-full")
-            self._full_scale.props(
-                'hint="signal value that becomes 1 in the file; empty: the signal\'s peak"'
-            )
+            self._full_scale.props('hint="becomes 1 in the file; empty: the peak"')
             self._button = ui.button("Write and check", icon="description", on_click=self._write)
         self._describe_format()
+
+    def set_signal(
+        self, selected: SelectedSignal | None, signal: Signal | None, result: SendResult | None
+    ) -> None:
+        """Show the fields that another signal needs, and its newest result; a full scale is of one signal alone."""
+        self._full_scale.value = None
+        super().set_signal(selected, signal, result)
 
     def _describe_format(self) -> None:
         kind = haptic_formats().get(self.state["format"])
@@ -63,7 +70,7 @@ class FileCards(RequestCards):
 
     async def _write(self) -> None:
         request = FileRequest(
-            self.selected().id,
+            self.selected.id,
             self.state["format"],
             self.axis_option,
             self._full_scale.value or None,
@@ -111,17 +118,19 @@ class FileCards(RequestCards):
 
 
 def _downloads(result: SendResult, files: Mapping[str, Any]) -> None:
-    for name, facts in files.items():
-        title = haptic_format(name).title
-        with ui.row().classes("items-center gap-2 w-full"):
+    for name, label in haptic_labels().items():
+        if (facts := files.get(name)) is None:
+            continue
+        with ui.row().classes("items-baseline gap-x-2 gap-y-0 w-full"):
+            ui.label(label).classes("small font-bold")
             if "refused" in facts:
-                ui.label(f"{title}: {facts['refused']}").classes("text-negative")
+                ui.label(facts["refused"]).classes("small text-negative")
                 continue
             ui.link(facts["file"], f"/send/result/{result.id}/{facts['file']}").props("download")
             size = facts["written"]["bytes"]
             size_text = f"{size / 1000:.1f} kB" if size >= 1000 else f"{size} bytes"
             verdict = facts["written"]["verdict"]
-            kit.hint(f"{title}: {'; '.join(facts['problems']) or 'valid'}, {size_text}. Verdict: {verdict}.")
+            kit.hint(f"{'; '.join(facts['problems']) or 'valid'}, {size_text}. Verdict: {verdict}.")
     constants = [facts["written"].get("constant") for facts in files.values() if "written" in facts]
     for sentence in dict.fromkeys(filter(None, constants)):
         kit.hint(f"{sentence[0].upper()}{sentence[1:]}.")

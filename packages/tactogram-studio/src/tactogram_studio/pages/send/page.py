@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import ParameterError
+from tactogram.signal import Signal
 from tactogram.signal.io import write_signal
 from tactogram.workflows import reading_parameters
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.pages.send.display import DisplayCards
 from tactogram_studio.pages.send.files import FileCards
+from tactogram_studio.signals.sound import LISTENING, listening_name, sound_of, sound_text
 from tactogram_studio.signals.view import add_routes, placeholder, signal_card
 from tactogram_studio.tasks.speaker import Speaker
-from tactogram_studio.workspace.commands import free_name
-from tactogram_studio.workspace.sent import SendService
+from tactogram_studio.workspace.commands import free_name, stem_of
+from tactogram_studio.workspace.sent import SendResult, SendService
 from tactogram_studio.workspace.shelf import LONGEST_TITLE, SelectedSignal
 from tactogram_studio.workspace.uploads import read_uploaded_signal, safe_name
 
@@ -45,10 +47,10 @@ def add(studio: Studio) -> None:
         return FileResponse(path, filename=None if name.endswith(".png") else name)  # pictures are displayed
 
     @kit.route("/send")
-    def show(of: str = "", tab: str = "") -> None:
+    def show(of: str = "", tab: str = "", key: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         with kit.page("Send"):
-            SendPage(studio, service, speaker, of, tab)
+            SendPage(studio, service, speaker, of, tab, key)
 
 
 def _result_file(service: SendService, identifier: str, name: str) -> Path:
@@ -64,14 +66,18 @@ def _result_file(service: SendService, identifier: str, name: str) -> Path:
 class SendPage:
     """One browser tab, opened with the signal ``of`` and the ``tab`` display or file, or the last ones."""
 
-    def __init__(self, studio: Studio, service: SendService, speaker: Speaker, of: str, tab: str) -> None:
+    def __init__(
+        self, studio: Studio, service: SendService, speaker: Speaker, of: str, tab: str, key: str
+    ) -> None:
         self.studio, self.sources = studio, service.sources
-        self.state: dict[str, Any] = app.storage.user.setdefault(STATE, {})
+        self.state = kit.TabSettings(app.storage.user.setdefault(STATE, {}), key)
         self.state["tab"] = tab or self.state.get("tab", "display")
         self.selected: SelectedSignal | None = None
+        self.signal: Signal | None = None
         of = of or str(self.state.get("of", ""))
         self._loading = bool(of)
-        self.state["of"] = of
+        self._asked = of
+        self._keep(of=of)
         with ui.element("div").classes("grid-2"):
             with kit.column():
                 self._source_card(of)
@@ -81,14 +87,20 @@ class SendPage:
             display_tab = ui.tab("display", label="To a display")
             file_tab = ui.tab("file", label="To a haptic file")
         shown = file_tab if self.state["tab"] == "file" else display_tab
-        panels = ui.tab_panels(tabs, value=shown, on_change=lambda event: self.state.update(tab=event.value))
+        panels = ui.tab_panels(tabs, value=shown, on_change=lambda event: self._keep(tab=event.value))
         with panels.classes("w-full bg-transparent").props("keep-alive"):
             with ui.tab_panel(display_tab).classes("p-0"):
-                self.display = DisplayCards(service, speaker, self.state, self._required)
+                display = DisplayCards(service, speaker, self.state)
             with ui.tab_panel(file_tab).classes("p-0"):
-                self.files = FileCards(service, self.state, self._required)
+                files = FileCards(service, self.state)
+        self._cards, self._latest = (display, files), service.latest
         if of:
             ui.timer(0.05, lambda: self._select(of), once=True)
+
+    def _keep(self, **changes: str) -> None:
+        """Remember the signal and the tab, and name them in the address: for a reload, the way back and other tabs."""
+        self.state.update(changes)
+        kit.keep_address("/send", of=self.state["of"], tab=self.state["tab"], key=self.state.key)
 
     def _required(self) -> SelectedSignal:
         if self.selected is None:
@@ -130,19 +142,37 @@ class SendPage:
         await self._select(of)
 
     async def _select(self, of: str) -> None:
+        """Show a signal with its own newest results, and nothing of the one before meanwhile."""
+        self._asked = of
+        self._show(None, loading=True)
         try:
-            self.selected = await kit.in_background(self.sources.select, of)
-            self.signal = await kit.in_background(self.selected.signal)
-            self.state["of"] = of
-        finally:
-            self._loading = False
-            self._signal.refresh()
-        self.display.set_signal(self.signal)
-        self.files.set_signal(self.signal)
+            selected = await kit.in_background(self.sources.select, of)
+            signal = await kit.in_background(selected.signal)
+            results = [await kit.in_background(self._latest, selected, cards.kind) for cards in self._cards]
+        except Exception:
+            if of == self._asked:
+                self._show(None)
+            raise
+        if of == self._asked:  # no other one has been chosen meanwhile
+            self._keep(of=of)
+            self._show(selected, signal, results)
+
+    def _show(
+        self,
+        selected: SelectedSignal | None,
+        signal: Signal | None = None,
+        results: Sequence[SendResult | None] = (None, None),
+        *,
+        loading: bool = False,
+    ) -> None:
+        self.selected, self.signal, self._loading = selected, signal, loading
+        self._signal.refresh()
+        for cards, result in zip(self._cards, results, strict=True):
+            cards.set_signal(selected, signal, result)
 
     @ui.refreshable_method
     def _signal(self) -> None:
-        if self.selected is None:
+        if self.selected is None or self.signal is None:
             with kit.card(label="The signal"):
                 if self._loading:
                     placeholder("Reading …", small=True)
@@ -152,13 +182,23 @@ class SendPage:
         with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
             title, simulated = self.selected.title, self.selected.simulated
             top = signal_card(self.signal, title=title, simulated=simulated, small=True)
-            if self.selected.id.startswith("kept:"):
-                with top, ui.element("div").classes("done"):
+            with top, ui.element("div").classes("done"):
+                listen = ui.button("For listening (WAV)", on_click=self._listen).props("flat dense")
+                listen.tooltip(LISTENING)
+                if self.selected.id.startswith("kept:"):
                     rename = ui.button(
                         "Rename", on_click=lambda: kit.ask_title(title, LONGEST_TITLE, self._rename)
                     )
                     rename.props("flat dense")
                     ui.button("Delete", on_click=self._remove).props("flat dense color=negative")
+
+    async def _listen(self) -> None:
+        signal = self.signal
+        if signal is not None:
+            name = listening_name(stem_of(Path(self._required().title).stem))
+            clip = await kit.in_background(sound_of, signal, subtype="PCM_16")
+            ui.download.content(clip.wav, name)
+            ui.notify(f"{name} {sound_text(signal)}.")
 
     async def _rename(self, title: str) -> None:
         selected = self._required()
@@ -171,6 +211,6 @@ class SendPage:
         text = f"Delete {selected.title} from the kept results? This cannot be undone."
         if await kit.confirm(text, "Delete"):
             self.studio.shelf.remove(selected.id.removeprefix("kept:"))
-            self.selected, self.state["of"] = None, ""
+            self._keep(of="")
             self._listed.refresh()
-            self._signal.refresh()
+            self._show(None)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from nicegui import ui
+from nicegui import app, ui
 
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.parameters import parameters
@@ -199,12 +199,14 @@ def power() -> None:
         )
         with ui.row().classes("items-end gap-4"):
             tables = list(power_tables())
-            design = ui.select(tables, value=tables[0], label="Design").props("dense").classes("w-36")
+            state = kit.TabSettings(app.storage.user.setdefault("power", {}))
+            design = kit.Form(state, classes="w-36").choice("design", tables, "Design").props("dense")
             fields = kit.ParameterFields(
                 parameters(study_power),
                 ("participants", "trials", "effect", "margin"),
                 labels={"trials": "Trials each"},
                 examples={"participants": "10,20", "trials": "30,90"},
+                entries=state,
             )
             button = ui.button("Calculate power")
         shown = ui.column().classes("w-full gap-2").props('aria-live="polite"')
@@ -225,6 +227,7 @@ def power() -> None:
                     ui.element("pre")._text = result["text"]
 
         button.on_click(calculate)
+        design.on_value_change(shown.clear)
 
 
 def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
@@ -236,7 +239,9 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
             "The publication's test and a sound one, with intervals and verdicts; margins are those of the study's "
             "file. Tables of other programs are read by their headings."
         )
-        tables = [workspace.name_of(path) for path in workspace.files(*SUFFIXES) if _may_be_answers(path)]
+        tables = [
+            workspace.name_of(path) for path in workspace.user_files(*SUFFIXES) if _may_be_answers(path)
+        ]
         sources = {
             session.name: f"session {session.name}{' (simulated)' if session.simulated else ''}"
             for session in sessions
@@ -245,9 +250,11 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
         if not sources:
             ui.label("No sessions or tables (.csv, .tsv, .parquet) in this workspace yet.").classes("quiet")
             return
-        first = sessions[0].name if sessions else None  # it is unknown which tables hold answers
-        source = ui.select(sources, label="Answers", value=first, with_input=True).props("dense")
-        source.classes("w-96")
+        state = kit.TabSettings(app.storage.user.setdefault("analysis", {}))
+        if state.get("source") not in sources:  # it is unknown which tables hold answers
+            state["source"] = sessions[0].name if sessions else None
+        source = ui.select(sources, label="Answers", with_input=True).props("dense").classes("w-96")
+        source.bind_value(state, "source")
         with (
             ui.expansion("Tables of other programs, other margins").classes("w-full"),
             ui.row().classes("items-end gap-4"),
@@ -267,6 +274,7 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                     "constants": "question=which",
                     "margins": "which=0.1",
                 },
+                entries=state,
                 classes="",
             )
         button = ui.button("Analyse")
@@ -292,6 +300,7 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
                 ui.link("Open the report", f"/reports?of={quote(workspace.name_of(out / 'report.html'))}")
 
         button.on_click(analyse)
+        source.on_value_change(shown.clear)
 
 
 def _may_be_answers(path: Path) -> bool:

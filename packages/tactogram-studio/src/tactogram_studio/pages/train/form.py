@@ -127,14 +127,15 @@ def _listed(names: list[str]) -> str:
     return names[0] if len(names) == 1 else ", ".join(names[:-1]) + " and " + names[-1]
 
 
-def draw(studio: Studio, *, purpose: str = "", model: str = "", data: str = "") -> None:
-    """Draw the form, which survives a reload; ``purpose``, ``model`` and ``data`` preselect."""
+def draw(studio: Studio, *, purpose: str = "", model: str = "", data: str = "", key: str = "") -> None:
+    """Draw the form, which survives a reload; ``purpose``, ``model``, ``data`` preselect, ``key`` is the tab's."""
     stores = [studio.workspace.name_of(path) for path in studio.workspace.stores()]
     if not stores:
         ui.label("There is no store in this workspace yet.")
         ui.link("Simulate or import one", "/materials")
         return
-    values: dict[str, Any] = app.storage.user.setdefault("train", {})
+    values = kit.TabSettings(app.storage.user.setdefault("train", {}), key)
+    kit.keep_address("/train", key=values.key)
     values.setdefault("changes", {})
     if data in stores:
         values["data"] = data
@@ -142,7 +143,7 @@ def draw(studio: Studio, *, purpose: str = "", model: str = "", data: str = "") 
     if purpose in PURPOSES:
         values["purpose"] = purpose
     if model in models:
-        values |= {"purpose": purpose_of(models[model]), "model": model}
+        values.update({"purpose": purpose_of(models[model]), "model": model})
     form = _TrainingForm(studio, models, stores, values)
     form.recommend(choose=model not in models)
 
@@ -158,7 +159,7 @@ class _TrainingForm:
     """Fields of a training, whose entries are in ``values``."""
 
     def __init__(
-        self, studio: Studio, models: dict[str, ModelInfo], stores: list[str], values: dict[str, Any]
+        self, studio: Studio, models: dict[str, ModelInfo], stores: list[str], values: kit.TabSettings
     ) -> None:
         self.studio, self.models, self.values = studio, models, values
         if values.get("model") not in models:

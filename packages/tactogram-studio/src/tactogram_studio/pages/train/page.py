@@ -29,10 +29,10 @@ def add(studio: Studio) -> None:
     watch.add(studio)
 
     @kit.route("/train")
-    async def show(purpose: str = "", model: str = "", data: str = "") -> None:
+    async def show(purpose: str = "", model: str = "", data: str = "", key: str = "") -> None:
         with kit.page("Train"), ui.element("div").classes("grid-2"):
             with kit.card("Train a model"):
-                form.draw(studio, purpose=purpose, model=model, data=data)
+                form.draw(studio, purpose=purpose, model=model, data=data, key=key)
             with kit.column():
                 await _RunList(studio).draw()
 

@@ -16,7 +16,7 @@ from tactogram.signal.io import read_image, read_image_metadata, read_metadata
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.kit.tasks import ProgressRow, TaskCards, badge, state_of
-from tactogram_studio.signals.view import add_routes, signal_card
+from tactogram_studio.signals.view import SignalEntry, add_routes, signal_cards
 from tactogram_studio.tasks.log import checkpoint_position, loss_curves, read_metrics, thinned
 from tactogram_studio.tasks.queue import StudioTask, TaskStatus, trainings_of
 from tactogram_studio.workspace.runs import run_summary
@@ -230,6 +230,7 @@ class _RunView:
         folder = self.folder / "samples"
         files = [file for file in folder.glob("[!.]*") if file.suffix in (".wav", ".png")]
         files.sort(key=lambda file: file.stat().st_mtime, reverse=True)
+        signals = []
         for file in files[:SHOWN_SAMPLES]:
             if file.suffix == ".png":
                 facts = read_image_metadata(file)
@@ -239,7 +240,9 @@ class _RunView:
             facts = read_metadata(file)
             when = "after training" if facts.get("step") is None else f"at step {facts['step']}"
             title = f"{facts.get('of', file.stem)} {when}"
-            signal_card(file, title=title, simulated=bool(facts.get("simulated")), small=True)
+            signals.append(SignalEntry(file, title, bool(facts.get("simulated"))))
+        if signals:
+            signal_cards(signals, small=True)
 
     @ui.refreshable_method
     def results(self) -> None:

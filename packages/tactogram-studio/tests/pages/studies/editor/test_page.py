@@ -77,6 +77,23 @@ def test_what_is_limited_of_a_stimulus_is_said_to_who_edits_and_to_who_runs_the_
     tab.get_by_text(f"S{said}.").wait_for()
 
 
+def test_a_preview_offers_neither_a_code_nor_to_continue(tab, workspace):
+    path = Path(workspace) / "studies" / "looked_at.toml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(shipped_studies()["abx"].read_text())
+    tab.goto("/studies/edit?study=studies/looked_at.toml")
+    with tab.context.expect_page() as shown:
+        tab.get_by_role("link", name="Preview a trial").click()
+    preview = shown.value
+    for _ in range(2):
+        preview.get_by_role("heading", name="Preview").wait_for()
+        text = preview.locator("body").inner_text()
+        assert "Answers are not stored." in text
+        assert not [word for word in ("PREVIEW1", "code", "Continue") if word in text]
+        preview.reload()  # where participants would continue
+    preview.close()
+
+
 def test_what_is_no_study_of_the_workspace_is_not_edited(tab):
     tab.goto("/studies/edit?study=../../etc/passwd")
     tab.get_by_role("alert").get_by_text("lies outside of the workspace").wait_for()

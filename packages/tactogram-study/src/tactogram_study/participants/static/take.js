@@ -14,8 +14,10 @@ const base = location.pathname.replace(/\/+$/, "");
 const ticket = base.split("/").pop();
 const DISPLAY_BUSY = 423;
 const outbox = new Outbox(ticket);
-/** Whether the author of a study looks at it: without the card, and without full screen. */
+/** Whether the author of a study looks at it: without code, card and full screen, and without a trace on this device. */
 const previewing = new URLSearchParams(location.search).has("preview");
+/** In the studio's language: only authors read it. */
+const PREVIEW = { title: "Preview", text: "As participants see it. Answers are not stored." };
 const stage = document.getElementById("stage");
 const head = document.getElementById("head");
 /** Replaced with each page. */
@@ -32,7 +34,7 @@ function take(state) {
   now.state = state;
   document.documentElement.lang = state.language;
   document.title = typeof state.title === "string" ? state.title : (state.title?.[state.language] ?? "");
-  if (state.state !== "going" || !state.page) forget();
+  if (!previewing && (state.state !== "going" || !state.page)) forget();
 }
 
 /** Forget that a study was begun on this device and is not finished. */
@@ -84,7 +86,7 @@ function showHead() {
   const { state } = now;
   const parts = [make("span", { class: "title", text: document.title })];
   if (now.started && !ended()) parts.push(progressOf(state.page));
-  const tools = make("span", { class: "tools" }, make("span", { class: "code-small", text: state.code }));
+  const tools = make("span", { class: "tools" }, make("span", { class: "code-small", text: previewing ? PREVIEW.title : state.code }));
   if ((state.languages ?? []).length > 1 && !ended()) {
     const names = state.languages.map((one) => make("option", { value: one, lang: one, selected: one === state.language, text: nameOf(one) }));
     const choice = make("select", { class: "small", "aria-label": say(language(), "language"), onchange: () => speak(choice.value) }, ...names);
@@ -135,11 +137,13 @@ function showWelcome() {
     now.started = true;
     await show();
   };
-  const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
   const possible = now.state.played_by !== "browser" || BrowserSounds.possible;
-  const more = [code, ...(possible ? [] : [make("p", { class: "feedback wrong", text: say(l, "no_audio") })])];
-  const label = document.fullscreenEnabled && !previewing ? "start" : "start_plain";
-  showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
+  const silent = possible ? [] : [make("p", { class: "feedback wrong", text: say(l, "no_audio") })];
+  if (previewing) return showMoment(stage, { ...PREVIEW, go: say(l, "start_plain"), press: go, more: silent });
+  const code = make("div", { class: "code-block" }, make("span", { class: "quiet", text: say(l, "code") }), make("strong", { class: "code", text: now.state.code }), make("p", { text: say(l, "note_code") }), make("p", { class: "quiet", text: say(l, "no_names") }));
+  const more = [code, ...silent];
+  const label = document.fullscreenEnabled ? "start" : "start_plain";
+  return showMoment(stage, { title: say(l, first ? "welcome" : "welcome_back"), text: document.title, go: say(l, label), press: go, more });
 }
 
 
@@ -280,9 +284,11 @@ function showEnd() {
   showHead();
   tell("");
   now.sounds?.clear();
+  if (previewing) return showMoment(stage, { title: PREVIEW.title, text: "The end of the study. Answers were not stored." });
   const key = ["declined", "aborted"].includes(now.state.state) ? now.state.state : "done";
   showMoment(stage, { title: say(language(), key), text: say(language(), `${key}_text`), more: [make("p", { class: "code", text: now.state.code })] });
   if (document.fullscreenElement) document.exitFullscreen().catch(() => null);
+  return undefined;
 }
 
 start();

@@ -215,8 +215,10 @@ class StimulusForm:
     def _draw_picture(self, kind: str) -> None:
         with self.picture:
             if kind == "image":
-                files = self.workspace.files(*SUFFIXES["image"])
+                files = self.workspace.user_files(*SUFFIXES["image"])
                 named = {self._relative(path): self.workspace.name_of(path) for path in files}
+                kept = (result for result in self.sources.shelf.all() if result.is_image)
+                named |= {self._relative(result.file): f"kept: {result.title}" for result in kept}
                 self._value_choice("Picture file", "image", named)
             elif kind == "simulated_image":
                 self._fields("simulated_image")
