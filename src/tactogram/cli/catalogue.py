@@ -50,10 +50,10 @@ VERBS = {
     },
     "files": {
         "convert": "Convert a signal from one file format to another, a folder of them, or check a haptic file.",
+        "effect": "List the ready effects, or write one as a haptic file or a signal.",
     },
     "rendering": {
         "displays": "List the displays, or show one.",
-        "effect": "List the ready effects, or write one as a haptic file or a signal.",
         "render": "Render a signal to the drive of a display, with a report of what changed.",
     },
 }

@@ -93,11 +93,20 @@ def _folder_text(facts: Mapping[str, Any]) -> str:
     return "\n".join([columns(rows), *beside, *failed, *notes, end])
 
 
+def _effect_text(facts: Mapping[str, Any]) -> str:
+    if "effect" not in facts:
+        rows = [(name, f"{each['seconds']:.2f}", each["about"]) for name, each in facts.items()]
+        return columns([("name", "s", ""), *rows])
+    lines = [f"{facts['effect']}: {facts['about']}", f"{facts['file']}: {text_of(facts['seconds'])} s"]
+    return "\n".join([*lines, *loss_lines(facts.get("written", {}))])
+
+
 VERBS = {
     "convert": Verb(
         "tactogram.workflows.data.convert:convert",
         _text,
         status=_status,
         listing=("list the formats", _formats),
-    )
+    ),
+    "effect": Verb("tactogram.workflows.rendering.effect:write_effect", _effect_text),
 }

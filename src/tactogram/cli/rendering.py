@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-from tactogram.cli.files import loss_lines
 from tactogram.cli.printing import columns, lines_of, text_of
 from tactogram.cli.verbs import Verb
 
@@ -16,14 +15,6 @@ def _displays_text(facts: dict[str, Any]) -> str:
         return lines_of({name: _shown(value) for name, value in facts.items()})
     rows = [(name, d["family"], f"{d['rate']:g} Hz", d["unit"], d["title"]) for name, d in facts.items()]
     return columns([("name", "family", "rate", "unit", ""), *rows])
-
-
-def _effect_text(facts: dict[str, Any]) -> str:
-    if "effect" not in facts:
-        rows = [(name, f"{each['seconds']:.2f}", each["about"]) for name, each in facts.items()]
-        return columns([("name", "s", ""), *rows])
-    lines = [f"{facts['effect']}: {facts['about']}", f"{facts['file']}: {text_of(facts['seconds'])} s"]
-    return "\n".join([*lines, *loss_lines(facts.get("written", {}))])
 
 
 def _render_text(result: dict[str, Any]) -> str:
@@ -40,6 +31,5 @@ def _shown(value: Any) -> str:
 
 VERBS = {
     "displays": Verb(f"{RENDER}:describe_displays", _displays_text),
-    "effect": Verb("tactogram.workflows.rendering.effect:write_effect", _effect_text),
     "render": Verb(f"{RENDER}:render", _render_text),
 }

@@ -111,5 +111,4 @@ from .photo_relief import (
 from .ready_effects import (
     effect as effect,
     effects as effects,
-    find_effect as find_effect,
 )
