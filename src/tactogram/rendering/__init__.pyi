@@ -106,4 +106,5 @@ from .photo_relief import (
     SPEED_MM_S as SPEED_MM_S,
     WIDTH_MM as WIDTH_MM,
     photo_to_touch as photo_to_touch,
+    slopes_of as slopes_of,
 )

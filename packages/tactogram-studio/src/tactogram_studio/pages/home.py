@@ -7,8 +7,7 @@ from urllib.parse import quote
 
 from nicegui import app, ui
 
-from tactogram.rendering import SPEED_MM_S, WIDTH_MM, photo_to_touch
-from tactogram.signal.io import decode_image_metadata
+from tactogram.rendering import WIDTH_MM
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.generation.form import GenerationRequest
@@ -17,8 +16,7 @@ from tactogram_studio.generation.state import MakePageState
 from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_status
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.layout import PAGES
-from tactogram_studio.workspace.shelf import KeptResult
-from tactogram_studio.workspace.uploads import read_uploaded_image
+from tactogram_studio.touch.photographs import keep_drawn
 
 SHIPPED = "texture_flow"
 PHOTOGRAPHS = "photographs.json"
@@ -37,7 +35,7 @@ DESCRIPTIONS = {
 
 
 def draw_first_touch(studio: Studio) -> None:
-    """Draw the card: a text becomes materials of the page Make, a photograph a kept result on the page Send."""
+    """Draw the card: a text becomes materials of the page Make, a photograph a kept result on the page Touch."""
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
 
@@ -58,8 +56,8 @@ def draw_first_touch(studio: Studio) -> None:
     async def draw(name: str, data: bytes) -> None:
         width_mm = width.checked(least=1, most=10_000) or WIDTH_MM
         with kit.busy(f"Drawing {name} …"):
-            kept = await kit.in_background(_drawn, studio, name, data, width_mm)
-        ui.navigate.to(f"/send?of={quote(f'kept:{kept.id}')}&tab=file")
+            kept = await kit.in_background(keep_drawn, studio.shelf, name, data, width_mm=width_mm)
+        ui.navigate.to(f"/touch?where=kept&of={kept.id}")
 
     with kit.card("What should it feel like?"):
         with ui.row().classes("w-full items-center no-wrap my-2"):
@@ -86,13 +84,6 @@ def draw_first_touch(studio: Studio) -> None:
         )
         if seeing := next((run for run in runs.finished() if (run.folder / PHOTOGRAPHS).is_file()), None):
             ui.link(f"Predict it from a photograph, with {seeing.name}", f"/make?run={quote(seeing.name)}")
-
-
-def _drawn(studio: Studio, name: str, data: bytes, width_mm: float) -> KeptResult:
-    signal = photo_to_touch(read_uploaded_image(name, data, width_mm=width_mm))
-    simulated = bool(decode_image_metadata(data, name=name).get("simulated"))
-    facts = {"drawn_from": name, "width_mm": width_mm, "speed_mm_s": SPEED_MM_S, "simulated": simulated}
-    return studio.shelf.keep(signal, title=f"{name}, drawn", facts=facts)
 
 
 def add(studio: Studio) -> None:

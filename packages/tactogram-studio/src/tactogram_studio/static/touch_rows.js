@@ -221,7 +221,7 @@ export class Rows {
       const { head } = row.table;
       if (head.simulated) line.append(element("span", { className: "simulated", textContent: "simulated" }), " ");
       const at = head.recorded_mm_s ? `; generated or recorded at ${figure(head.recorded_mm_s)} mm/s` : "";
-      const facts = [`follows ${head.follows}${at}`, ...head.notes, SHOWN[row.picture?.kind]].filter(Boolean);
+      const facts = [`follows ${head.follows}${at}`, ...head.notes, row.picture?.line ? "" : SHOWN[row.picture?.kind]].filter(Boolean);
       line.append(facts.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
     } else line.textContent = "Loading … the first texture takes some seconds.";
     return line;
@@ -313,6 +313,7 @@ async function pictureOf(query) {
   return {
     kind: answer.headers.get("x-picture"),
     mm_per_pixel: scale > 0 ? scale : null,
+    line: Number(answer.headers.get("x-line")) || null,
     words: decodeURIComponent(answer.headers.get("x-words") ?? ""),
     bitmap: await createImageBitmap(await answer.blob()),
   };
