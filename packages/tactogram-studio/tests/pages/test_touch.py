@@ -673,7 +673,7 @@ def test_what_cannot_be_felt_is_said_in_its_row(tab):
 
 def test_a_texture_is_saved_for_other_pages_and_engines(touch):
     with touch.expect_download() as download:
-        touch.get_by_role("link", name="its JSON").click()
+        touch.get_by_role("link", name="ridges.json").click()
     assert download.value.suggested_filename == "ridges.json"
     document = json.loads(download.value.path().read_text(encoding="utf-8"))
     assert (document["format"], document["version"], document["rate"]) == ("tactogram-texture", 1, 48_000)

@@ -266,7 +266,8 @@ function saves(row) {
   const query = new URLSearchParams(row.loading);
   query.delete("rate"); // that of the file's readers
   const script = element("a", { href: "/touch/tactogram.js", download: "", textContent: "tactogram.js" });
-  const texture = element("a", { href: `/touch/texture?${query}`, download: "", textContent: "its JSON" });
+  const textContent = `${row.table.head.name}.json`;
+  const texture = element("a", { href: `/touch/texture?${query}`, download: "", textContent });
   line.append("For a page of your own or an engine: ", texture, ", ", script, ".");
   const [where, of] = JSON.parse(row.key);
   if (where !== "run") {
