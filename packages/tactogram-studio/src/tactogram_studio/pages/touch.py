@@ -198,8 +198,8 @@ def _drawing(studio: Studio) -> None:
         width = kit.NumberField("Width that it shows, mm", value=WIDTH_MM).props("outlined dense")
         width.classes("w-48")
         ui.label(
-            "Its brightness becomes a relief, felt along the marked line: a design, no prediction of how the "
-            "material feels."
+            "Its brightness becomes a relief, felt along its middle row: crop it to the part to be felt. A design, no "
+            "prediction of how the material feels."
         ).classes("quiet")
         refused = "This file is not a picture."
         kit.file_field("Drop a photograph", received, accept=SUFFIXES["image"], refused=refused)
