@@ -42,9 +42,9 @@ def document(name):
     return json.loads((GOLDEN / f"burst-{name}.json").read_text())
 
 
-def fields(class_name):
-    """Return the public fields of a class of the Unity sample."""
-    source = (UNITY / "TactogramEffect.cs").read_text()
+def fields(class_name, file="TactogramEffect.cs"):
+    """Return the public fields of a class of a Unity sample."""
+    source = (UNITY / file).read_text()
     body = re.search(rf"class {class_name}\s*{{(.*?)}}", source, re.DOTALL)[1]
     return set(re.findall(r"public [\w\[\]]+ (\w+);", body))
 
@@ -95,6 +95,34 @@ def test_godot_reads_the_keys_that_are_written():
     assert re.search(r'FORMAT := "(.*?)"', source)[1] == pad["format"]
     assert set(re.findall(r'effect\["(\w+)"\]', source)) == set(pad["effects"][0])
     assert set(re.findall(r'document\["(\w+)"\]', source)) <= set(pad)
+
+
+def a_texture():
+    return json.loads((ROOT / "examples" / "web" / "corduroy.json").read_text(encoding="utf-8"))
+
+
+def test_unity_reads_the_texture_that_the_pad_reads():
+    texture, of_a_surface = a_texture(), {"along", "vibration_step_mm"}
+    document = fields("Document", "TactogramTexture.cs")
+    assert document - of_a_surface == {"format", "version", "kind", "arrays"}
+    assert document <= set(texture) | of_a_surface
+    assert fields("Arrays", "TactogramTexture.cs") == {"speeds", "forces", "vibration"} & set(
+        texture["arrays"]
+    )
+    assert fields("Numbers", "TactogramTexture.cs") < set(texture["arrays"]["vibration"])
+    source = (UNITY / "TactogramTexture.cs").read_text()
+    assert re.search(r'Format = "(.*?)"', source)[1] == texture["format"]
+    assert re.search(r"Version = (\d+)", source)[1] == str(texture["version"])
+
+
+def test_godot_reads_the_texture_that_the_pad_reads():
+    texture, source = a_texture(), (GODOT / "tactogram_texture.gd").read_text()
+    assert re.search(r'FORMAT := "(.*?)"', source)[1] == texture["format"]
+    assert re.search(r"VERSION := (\d+)", source)[1] == str(texture["version"])
+    read = set(re.findall(r'texture\["(\w+)"\]', source)) - {"along", "vibration_step_mm"}
+    assert read == {"arrays", "kind"}
+    arrays = set(re.findall(r'\["arrays"\]\["(\w+)"\]\["values"\]', source))
+    assert arrays == {"speeds", "forces", "vibration"} & set(texture["arrays"])
 
 
 def test_the_builders_calls_are_those_of_the_format():

@@ -63,7 +63,7 @@ EXTRAS = {
     "playback": ("stream", "play", "sweep", "response", "calibrate", "transducer", "track"),
     "capture": ("capture", "capture-log", "live", "sources", "device"),
     "study": ("study",),
-    "studio": ("studio", "study run"),
+    "studio": ("studio", "study run", "touch"),
     "benchmark": ("benchmark", "reproduce", "table"),
 }
 """Verbs and groups of the project's further distributions, by the extra that installs them."""

@@ -107,6 +107,7 @@ from .photo_relief import (
     SPEED_MM_S as SPEED_MM_S,
     WIDTH_MM as WIDTH_MM,
     photo_to_touch as photo_to_touch,
+    slopes_of as slopes_of,
 )
 from .ready_effects import (
     effect as effect,

@@ -66,6 +66,17 @@ def test_a_loop_has_no_seam():
     assert loop.samples.std() == pytest.approx(rough.std(), rel=0.1)
 
 
+def test_a_period_begins_at_position_0(script, rendered):
+    """A bump at 20 mm of 50 mm, which a loop would move."""
+    x = np.arange(2000) / 40
+    bump = Signal(np.exp(-((x - 20) ** 2) / 2).astype(np.float32), 40, "m/s^2", domain="displacement")
+    surface = SurfaceTexture("bump", bump, rate=RATE, along="x", periodic=True)
+    assert surface.length_mm == 50
+    samples, _ = rendered(engine([surface], script(lambda t: 50 * t)), 1.0)
+    assert 50 * np.argmax(samples[0]) / RATE == pytest.approx(20, abs=1)
+    assert len(SurfaceTexture("bump", bump, rate=RATE, along="x").loop) < len(bump)
+
+
 def test_friction_is_locked_to_the_place_and_holds_at_rest(script, rendered):
     """There and back over a ramp of friction coefficients: the same place has the same value."""
     x = np.arange(4000) / 40

@@ -95,7 +95,7 @@ def test_an_effect_in_words_is_opened_to_edit(tab):
     assert tab.get_by_label("Title").input_value() == "rain on a tent"
 
 
-def test_a_photograph_is_drawn_as_a_relief_to_send(tab, empty, tmp_path):
+def test_a_photograph_is_drawn_as_a_relief_to_touch(tab, empty, tmp_path):
     ribs = 128 + 90 * np.sin(2 * np.pi * np.arange(400) / 20)
     pixels = np.broadcast_to(ribs[None, :, None], (100, 400, 3))
     write_image(tmp_path / "ribs.png", Image(pixels.astype(np.uint8)))
@@ -106,8 +106,7 @@ def test_a_photograph_is_drawn_as_a_relief_to_send(tab, empty, tmp_path):
     tab.get_by_role("alert").get_by_text("words.png: not a readable picture").wait_for()
     tab.get_by_label("Width that it shows, mm").fill("200")
     chooser.set_input_files(tmp_path / "ribs.png")
-    tab.get_by_role("heading", name="ribs.png, drawn").wait_for()
-    tab.get_by_role("tab", name="To a haptic file", selected=True).wait_for()
+    tab.get_by_role("application", name="Surface. Photograph ribs.png, drawn.").wait_for()
     signal = read_signal(max((empty / "studio/kept").glob("*/signal.npz")))
     assert signal.seconds == pytest.approx(2.0)  # 200 mm at 100 mm/s
     spectrum = np.abs(np.fft.rfft(signal.samples[0]))
@@ -125,7 +124,7 @@ def test_a_dropped_photograph_is_drawn_and_no_import(tab, tmp_path):
       document.querySelector("[data-receive]").dispatchEvent(
         new DragEvent("drop", {dataTransfer: carried, bubbles: true, cancelable: true}));
     }""")
-    tab.get_by_role("heading", name="edge.png, drawn").wait_for()
+    tab.get_by_role("application", name="Surface. Photograph edge.png, drawn.").wait_for()
 
 
 def test_a_run_that_was_trained_with_photographs_is_offered(tab, empty, until):

@@ -7,6 +7,7 @@ from urllib.parse import urlencode
 
 import numpy as np
 import pytest
+from PIL import Image as Pillow
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
@@ -16,9 +17,9 @@ from tactogram.rendering.families import pattern
 from tactogram.rendering.level import parse_level
 from tactogram.rendering.motion.finger_state import MotionSample, MotionSettings
 from tactogram.rendering.motion.recorded_motion import SimulatedHand
-from tactogram.signal import Signal
+from tactogram.signal import Image, Signal
 from tactogram.signal.autoregressive import AutoregressiveModel
-from tactogram.signal.io import write_signal
+from tactogram.signal.io import write_image, write_signal
 from tactogram.signal.modulated_noise_fit import fit_modulated_noise
 from tactogram.signal.synthesis import synthesise
 from tactogram.signal.texture_map import NoiseMap, TextureMap
@@ -688,7 +689,7 @@ def test_what_cannot_be_felt_is_said_in_its_row(tab):
 
 def test_a_texture_is_saved_for_other_pages_and_engines(touch):
     with touch.expect_download() as download:
-        touch.get_by_role("link", name="its JSON").click()
+        touch.get_by_role("link", name="ridges.json").click()
     assert download.value.suggested_filename == "ridges.json"
     document = json.loads(download.value.path().read_text(encoding="utf-8"))
     assert (document["format"], document["version"], document["rate"]) == ("tactogram-texture", 1, 48_000)
@@ -699,6 +700,41 @@ def test_a_texture_is_saved_for_other_pages_and_engines(touch):
     touch.get_by_role("link", name="Convert to a haptic file").click()
     touch.get_by_role("tab", name="To a haptic file", selected=True).wait_for()
     touch.get_by_role("heading", name=RIDGES).wait_for()
+
+
+def test_a_photograph_is_shown_and_felt_where_it_is_stroked(touch, workspace, tmp_path):
+    """Bright from 60 mm of 100 mm on, in its middle: the mouse feels the edge there, and nothing on either side."""
+    pixels = np.full((300, 600, 3), 50, np.uint8)
+    pixels[100:200, 360:] = 200
+    write_image(tmp_path / "edge.png", Image(pixels))
+    touch.get_by_text("Feel a photograph").click()
+    touch.locator("input[type=file][accept*='.jpg']").set_input_files(tmp_path / "edge.png")
+    touch.get_by_text("edge.png, drawn: kept and selected.").wait_for()
+    touch.get_by_text("The pad shows 100 by 50 mm of the photograph; speeds are those on it.").wait_for()
+    touch.get_by_text("Drawn from the brightness along the marked line").wait_for()
+    touch.click("#touch-begin")
+    touch.wait_for_function("window.tactogramTouch.sound.context.state === 'running'")
+    box = touch.locator("#touch-pad").bounding_box()
+    assert box["width"] / box["height"] == pytest.approx(2, rel=0.02)
+    touch.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.2 * box["height"])
+    touch.wait_for_function("window.tactogramTouch.pad.track.at(-1)?.force > 0")
+    assert touch.evaluate("window.tactogramTouch.pad.track.at(-1).x") == pytest.approx(30, abs=0.5)
+    touch.locator("#touch-pad").screenshot(path=tmp_path / "pad.png")
+    shown = np.asarray(Pillow.open(tmp_path / "pad.png").convert("RGB")).astype(int)
+    rows, columns = shown.shape[:2]
+    for x, y, grey in ((0.5, 0.42, 50), (0.7, 0.42, 200), (0.7, 0.1, 50)):
+        assert shown[int(y * rows), int(x * columns)] == pytest.approx([grey] * 3, abs=8), (x, y)
+    assert shown[rows // 2, columns // 2] == pytest.approx([11, 93, 102], abs=20)  # the line
+
+    kept = max((workspace / "studio" / "kept").iterdir())
+    query = {"where": "kept", "of": kept.name}
+    stroke = a_stroke(100.0, 1.0)
+    found = rendered(touch, [query], stroke, 1.0, gain=1e-2, tap_gain=0) / 1e-2
+    at_mm = np.arange(len(found)) / RATE * 100
+    assert at_mm[np.argmax(np.abs(found))] == pytest.approx(60, abs=1.5)
+    assert np.abs(found[(at_mm > 5) & (at_mm < 40)]).max() < 0.05 * np.abs(found).max()
+    touch.get_by_role("link", name="Convert to a haptic file").click()
+    touch.get_by_role("heading", name="edge.png, drawn").wait_for()
 
 
 def test_a_dropped_recording_is_kept_and_felt(touch, workspace, tmp_path):

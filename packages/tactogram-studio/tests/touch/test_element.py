@@ -55,6 +55,12 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
         if self.path == "/favicon.ico":  # which browsers ask for
             self.send_response(204)
             self.end_headers()
+        elif self.path == "/bundled.js":  # with what does not run in an audio thread
+            content = b"document.title;\n" + (ROOT / "packages/tactogram-js/tactogram.js").read_bytes()
+            self.send_response(200)
+            self.send_header("Content-Type", "text/javascript")
+            self.end_headers()
+            self.wfile.write(content)
         else:
             super().do_GET()
 
@@ -161,11 +167,31 @@ def test_what_is_no_texture_is_said_in_a_line(corduroy, src, message):
     corduroy.wrong[:] = [text for text in corduroy.wrong if "404" not in text]  # the browser notes it, too
 
 
-def test_a_later_version_is_refused(corduroy):
-    later = json.dumps({"format": "tactogram-texture", "version": 2, "arrays": {}})
-    corduroy.route("**/later.json", lambda route: route.fulfill(body=later))
-    corduroy.evaluate(f"() => {{ {PAD}.src = 'later.json'; }}")
-    corduroy.get_by_role("alert").get_by_text(re.compile("version 1, got version 2;")).wait_for()
+@pytest.mark.parametrize(
+    ("document", "message"),
+    [
+        ({"version": 2, "arrays": {}}, "version 1, got version 2;"),
+        ({"version": 1}, "other.json: its arrays are damaged; write it again with: tactogram touch"),
+        ({"version": 1, "arrays": {"speeds": {"type": "text", "values": ["a"]}}}, "its arrays are damaged"),
+    ],
+)
+def test_another_version_and_a_damaged_file_are_refused(corduroy, document, message):
+    text = json.dumps({"format": "tactogram-texture", **document})
+    corduroy.route("**/other.json", lambda route: route.fulfill(body=text))
+    corduroy.evaluate(f"() => {{ {PAD}.src = 'other.json'; }}")
+    corduroy.get_by_role("alert").get_by_text(re.compile(message)).wait_for()
+
+
+def test_bundled_into_a_script_of_a_page_it_sounds_without_a_sound_thread(page):
+    text = (ROOT / "examples/web/index.html").read_text(encoding="utf-8")
+    text = re.sub('src="[^"]*tactogram.js"', 'src="/bundled.js"', text)
+    page.route("**/examples/web/", lambda route: route.fulfill(body=text, content_type="text/html"))
+    page.goto("/examples/web/")
+    page.get_by_role("button", name="Press to start").click()
+    page.get_by_role("application").focus()
+    page.keyboard.down("ArrowRight")
+    page.wait_for_function(f"() => {PAD}.report.state === 'slide' && {PAD}.report.rms > 0.05")
+    assert not page.evaluate(f"{PAD}._sound.threaded")
 
 
 @pytest.mark.parametrize("query", [FILE, TILE], ids=["surface", "models"])

@@ -30,6 +30,7 @@ def test_a_file_is_laid_out_at_its_speed_and_that_is_in_the_facts(command, works
     assert (facts["name"], facts["kind"], facts["simulated"]) == ("stroke", "surface", True)
     assert document["recorded_mm_s"] == 80
     assert facts["bytes"] == (tmp_path / "a.json").stat().st_size
+    assert document["along"] == "path"
     amplitude = document["arrays"]["vibration"]["values"]
     assert len(amplitude) * document["vibration_step_mm"] == pytest.approx(document["length_mm"])
     command("touch", workspace / "recordings/stroke.wav", "--speed", 40, "--out", tmp_path / "b.json")

@@ -49,9 +49,10 @@ class SurfaceTexture:
 
     A signal over time needs ``speed_mm_s``, at which it was recorded or generated. It is played along the finger's
     path, which never goes back, or along a coordinate: then the same position always feels the same, and a stroke back
-    plays it in reverse. Its ``nodes``, float32, shape (copy, axis, node), are the loop, oversampled; the band of each
-    copy ends half an octave below that of the previous one. Raises `ParameterError` if the speed is missing, or the
-    surface is shorter than 20 samples or too long.
+    plays it in reverse. It is `looped`, unless it is one period already (``periodic``), which begins at position 0. Its
+    ``nodes``, float32, shape (copy, axis, node), are the ``loop``, oversampled; the band of each copy ends half an
+    octave below that of the previous one. Raises `ParameterError` if the speed is missing, or the surface is shorter
+    than 20 samples or too long.
     """
 
     delay_s = 0.0
@@ -64,6 +65,7 @@ class SurfaceTexture:
         rate: float,
         speed_mm_s: float | None = None,
         along: Along = "path",
+        periodic: bool = False,
     ) -> None:
         if along not in ("path", "x", "y"):
             raise ParameterError.must("along", "be path, x or y", along)
@@ -74,9 +76,8 @@ class SurfaceTexture:
             signal = over_displacement(signal, speed_mm_s)
         self.name, self.unit, self.axes, self.along = name, signal.unit, signal.axes, along
         self.holds_at_rest = signal.unit == "1"
-        self.signal = signal
-        """The signal over displacement."""
-        loop = looped(signal)
+        self.loop = loop = signal if periodic else looped(signal)
+        """One period, over displacement."""
         self.length_mm = loop.length_mm
         copies = copy_count(signal.rate, rate)
         if copies * loop.samples.size * OVERSAMPLED > MOST_NODES:

@@ -6,8 +6,7 @@ from urllib.parse import quote
 
 from nicegui import app, ui
 
-from tactogram.rendering import SPEED_MM_S, WIDTH_MM, effects, photo_to_touch
-from tactogram.signal.io import decode_image_metadata
+from tactogram.rendering import WIDTH_MM, effects
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.effects.editing import ready_track
@@ -20,8 +19,7 @@ from tactogram_studio.kit.fields import RECEIVING_HEAD, drop_zone, receiving_sta
 from tactogram_studio.kit.tasks import draw_progress
 from tactogram_studio.pages.home_examples import EXAMPLES, add_route, draw_examples
 from tactogram_studio.pages.make.form_view import offer_effect, open_effect, understood_of
-from tactogram_studio.workspace.shelf import KeptResult
-from tactogram_studio.workspace.uploads import read_uploaded_image
+from tactogram_studio.touch.photographs import keep_drawn
 
 SHIPPED = "texture_flow"
 HEAD = '<link rel="stylesheet" href="/static/home.css">'
@@ -43,7 +41,7 @@ DOORS = {
 
 
 def draw_first_touch(studio: Studio) -> None:
-    """Draw the card: a text becomes materials of the page Make or an effect of Edit, a photograph a result on Send."""
+    """Draw the card: a text becomes materials of the page Make or an effect of Edit, a photograph one of Touch."""
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
 
@@ -71,8 +69,8 @@ def draw_first_touch(studio: Studio) -> None:
     async def draw(name: str, data: bytes) -> None:
         width_mm = width.checked(least=1, most=10_000) or WIDTH_MM
         with kit.busy(f"Drawing {name} …"):
-            kept = await kit.in_background(_drawn, studio, name, data, width_mm)
-        ui.navigate.to(f"/send?of={quote(f'kept:{kept.id}')}&tab=file")
+            kept = await kit.in_background(keep_drawn, studio.shelf, name, data, width_mm=width_mm)
+        ui.navigate.to(f"/touch?where=kept&of={kept.id}")
 
     with kit.card("", label="What should it feel like?", classes="w-full first"):
         with ui.row().classes("w-full items-center no-wrap"):
@@ -114,19 +112,12 @@ def draw_first_touch(studio: Studio) -> None:
     pick = f"() => getElement({photographs.id}).$refs.qRef.pickFiles()"
     draw_examples(
         {
-            "sandpaper": lambda: button("Stroke it").on_click(lambda: ui.navigate.to("/touch")),
+            "sandpaper": lambda: button("Stroke surfaces").on_click(lambda: ui.navigate.to("/touch")),
             "heartbeat": lambda: button("Edit it").on_click(lambda: edit("heartbeat")),
             "click": lambda: button("Edit it").on_click(lambda: edit("click")),
             "photograph": lambda: button("Use your own").on("click", js_handler=pick),
         }
     )
-
-
-def _drawn(studio: Studio, name: str, data: bytes, width_mm: float) -> KeptResult:
-    signal = photo_to_touch(read_uploaded_image(name, data, width_mm=width_mm))
-    simulated = bool(decode_image_metadata(data, name=name).get("simulated"))
-    facts = {"drawn_from": name, "width_mm": width_mm, "speed_mm_s": SPEED_MM_S, "simulated": simulated}
-    return studio.shelf.keep(signal, title=f"{name}, drawn", facts=facts)
 
 
 def add(studio: Studio) -> None:

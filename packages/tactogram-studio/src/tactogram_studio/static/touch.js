@@ -47,6 +47,7 @@ async function loaded({ changed }) {
   const fields = rows.fields();
   arrange();
   pad.fields = rows.shown();
+  scale();
   $("pad").setAttribute("aria-label", rows.words());
   const width_mm = pad.size.width / fields.length;
   vibration.tables = tables;
@@ -109,13 +110,15 @@ function arrange() {
 
 function scale() {
   const known = measured();
-  pad.pxPerMm = known ?? ASSUMED;
+  const photograph = pad.scale(known ?? ASSUMED);
   const { width, height } = pad.size;
-  $("scale").textContent =
-    `The pad is ${width.toFixed(0)} by ${height.toFixed(0)} mm, ` +
-    (known
-      ? `measured with a card: ${known.toFixed(2)} pixels per mm.`
-      : `assumed: ${ASSUMED.toFixed(2)} pixels per mm, the CSS default. Measure it for true speeds.`);
+  const size = `${width.toFixed(0)} by ${height.toFixed(0)} mm`;
+  $("scale").textContent = photograph
+    ? `The pad shows ${size} of the photograph; speeds are those on it.`
+    : `The pad is ${size}, ` +
+      (known
+        ? `measured with a card: ${known.toFixed(2)} pixels per mm.`
+        : `assumed: ${ASSUMED.toFixed(2)} pixels per mm, the CSS default. Measure it for true speeds.`);
   sound.tell({ kind: "fields", fields: rows.fields(), width_mm: width / rows.fields().length });
 }
 

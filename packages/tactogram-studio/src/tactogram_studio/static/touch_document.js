@@ -17,6 +17,14 @@ export function readDocument(text) {
     const got = format === FORMAT ? `version ${version}` : (format ?? "another JSON");
     throw new Error(`expected a ${FORMAT}, version ${VERSION}, got ${got}; write one with: tactogram touch`);
   }
+  try {
+    return { table: tableIn(facts, arrays), picture: picture ?? null };
+  } catch {
+    throw new Error("its arrays are damaged; write it again with: tactogram touch");
+  }
+}
+
+function tableIn(facts, arrays) {
   const places = {};
   let end = 0;
   for (const [name, { type, values }] of Object.entries(arrays)) {
@@ -25,7 +33,7 @@ export function readDocument(text) {
   }
   const table = tableOf({ ...facts, arrays: places }, new ArrayBuffer(end));
   for (const [name, { values }] of Object.entries(arrays)) table.arrays[name].set(values);
-  return { table, picture: picture ?? null };
+  return table;
 }
 
 function parsed(text) {

@@ -74,7 +74,7 @@ export class TactogramPad extends (globalThis.HTMLElement ?? Object) {
 
   _show(table, picture) {
     this._table = table;
-    const { name, simulated, follows } = table.head;
+    const { name, simulated, follows, notes } = table.head;
     const pad = made("div", { className: "pad", tabIndex: 0, role: "application" });
     pad.setAttribute("aria-roledescription", "touch pad");
     pad.setAttribute("aria-describedby", "keys");
@@ -84,13 +84,17 @@ export class TactogramPad extends (globalThis.HTMLElement ?? Object) {
       if (!this._sound && event.target !== this._button) this._switch(true);
     });
     pad.append(made("canvas", { ariaHidden: "true" }), this._button);
-    const said = `${picture.words ?? name}. ${simulated ? "Simulated; follows" : "Follows"} ${follows}.`;
+    const said = [picture.words ?? name, `${simulated ? "simulated; " : ""}follows ${follows}`, ...notes]
+      .map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`)
+      .join(" ");
     this._draw(pad, made("p", { id: "keys", textContent: `${said} ${KEYS}` }));
     this._pad = new Pad(pad, (message) => this._sound?.tellNow(message));
     this._pad.fields = [[{ ...picture, name, opacity: 1 }]];
     this._vibration = new Vibration((pattern) => navigator.vibrate?.(pattern) ?? false);
     this._vibration.tables = [table];
     this._vibration.on = matchMedia("(pointer: coarse)").matches;
+    const screen = this._pad.pxPerMm;
+    new ResizeObserver(() => this._pad?.scale(screen)).observe(pad);
     this._apply();
     const draw = () => {
       this._pad.draw(this.report);

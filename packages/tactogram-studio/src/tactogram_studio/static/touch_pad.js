@@ -27,7 +27,10 @@ export class Pad {
     this.fullForce = 2;
     /** Whether a mouse touches without a pressed button. */
     this.hover = true;
-    /** Stacked pictures of each field, from left to right: `{bitmap, mm_per_pixel, name, opacity}`. */
+    /**
+     * Stacked pictures of each field, from left to right: `{bitmap, mm_per_pixel, name, opacity, line}`; a photograph is
+     * felt along its `line`, a share of its height.
+     */
     this.fields = [];
     /** Recent samples, for tests and the trail: `{time, x, y, force}`. */
     this.track = [];
@@ -50,6 +53,21 @@ export class Pad {
   get size() {
     const { clientWidth, clientHeight } = this.element;
     return { width: clientWidth / this.pxPerMm, height: clientHeight / this.pxPerMm };
+  }
+
+  /**
+   * Set the scale, and return whether it is that of a photograph: one alone fills the pad, in a shape like its own.
+   * @param {number} pxPerMm Of the screen.
+   */
+  scale(pxPerMm) {
+    const [first, ...others] = this.fields;
+    const alone = others.length === 0 && first?.length === 1 && first[0].line && first[0].bitmap;
+    const { width, height } = alone || { width: 0, height: 0 };
+    const free = { aspectRatio: "", height: "", minHeight: "", maxHeight: "", width: "" };
+    const shape = { aspectRatio: `${width} / ${height}`, height: "auto", minHeight: "0", maxHeight: "75vh", width: "100%" };
+    Object.assign(this.element.style, alone ? shape : free);
+    this.pxPerMm = alone ? this.element.clientWidth / (width * first[0].mm_per_pixel) : pxPerMm;
+    return Boolean(alone);
   }
 
   /** Start or stop the simulated hand. */
@@ -226,17 +244,20 @@ export class Pad {
       pen.beginPath();
       pen.rect(left, 0, across, height);
       pen.clip();
-      for (const { bitmap, mm_per_pixel: scale, opacity } of layers) {
+      for (const { bitmap, mm_per_pixel: scale, opacity, line } of layers) {
         if (!bitmap) continue;
         // Tiled at its true size; if that is unknown, the picture fills the field.
         const zoom = scale ? scale * this.pxPerMm : Math.max(across / bitmap.width, height / bitmap.height);
-        const pattern = pen.createPattern(bitmap, "repeat");
-        pattern.setTransform(new DOMMatrix([zoom, 0, 0, zoom, left, 0]));
+        // The line of a photograph lies in the middle.
+        const pattern = pen.createPattern(bitmap, line ? "repeat-x" : "repeat");
+        const top = line ? height / 2 - line * bitmap.height * zoom : 0;
+        pattern.setTransform(new DOMMatrix([zoom, 0, 0, zoom, left, top]));
         pen.globalAlpha = opacity;
         pen.fillStyle = pattern;
         pen.fillRect(left, 0, across, height);
       }
       pen.globalAlpha = 1;
+      if (layers.some(({ line }) => line)) drawLine(pen, left, left + across, height / 2);
       if (this.fields.length > 1) label(pen, `${"ABCD"[n]}  ${layers[0].name}`, left + 12, 12);
       pen.restore();
       if (n > 0) {
@@ -265,12 +286,28 @@ export class Pad {
 
   _drawProbe(pen, report) {
     const { x, y, force } = this._last;
+    if (this.fields.some((layers) => layers.some(({ line }) => line))) {
+      pen.fillStyle = "#0b5d66"; // the point of the line that is felt
+      pen.fillRect(x * this.pxPerMm - 3, this.element.clientHeight / 2 - 12, 6, 24);
+    }
     pen.beginPath();
     pen.arc(x * this.pxPerMm, y * this.pxPerMm, force > 0 ? 13 : 9, 0, 2 * Math.PI);
     pen.fillStyle = report.state === "slide" ? "#0b5d66" : force > 0 ? "rgba(255,255,255,0.9)" : "rgba(255,255,255,0.4)";
     pen.fill();
     pen.lineWidth = 3;
     pen.strokeStyle = report.state === "slide" ? "#ffffff" : "#0b5d66";
+    pen.stroke();
+  }
+}
+
+/** Mark the line that is felt. */
+function drawLine(pen, left, right, y) {
+  for (const [colour, width] of [["#ffffff", 5], ["#0b5d66", 2]]) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = width;
+    pen.beginPath();
+    pen.moveTo(left, y);
+    pen.lineTo(right, y);
     pen.stroke();
   }
 }

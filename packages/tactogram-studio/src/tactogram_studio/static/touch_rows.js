@@ -222,7 +222,7 @@ export class Rows {
       const { head } = row.table;
       if (head.simulated) line.append(element("span", { className: "simulated", textContent: "simulated" }), " ");
       const at = head.recorded_mm_s ? `; generated or recorded at ${figure(head.recorded_mm_s)} mm/s` : "";
-      const facts = [`follows ${head.follows}${at}`, ...head.notes, SHOWN[row.picture?.kind]].filter(Boolean);
+      const facts = [`follows ${head.follows}${at}`, ...head.notes, row.picture?.line ? "" : SHOWN[row.picture?.kind]].filter(Boolean);
       line.append(facts.map((text) => `${text[0].toUpperCase()}${text.slice(1)}.`).join(" "));
     } else line.textContent = "Loading … the first texture takes some seconds.";
     return line;
@@ -267,7 +267,8 @@ function saves(row) {
   const query = new URLSearchParams(row.loading);
   query.delete("rate"); // that of the file's readers
   const script = element("a", { href: "/touch/tactogram.js", download: "", textContent: "tactogram.js" });
-  const texture = element("a", { href: `/touch/texture?${query}`, download: "", textContent: "its JSON" });
+  const textContent = `${row.table.head.name}.json`;
+  const texture = element("a", { href: `/touch/texture?${query}`, download: "", textContent });
   line.append("For a page of your own or an engine: ", texture, ", ", script, ".");
   const [where, of] = JSON.parse(row.key);
   if (where !== "run") {
@@ -314,6 +315,7 @@ async function pictureOf(query) {
   return {
     kind: answer.headers.get("x-picture"),
     mm_per_pixel: scale > 0 ? scale : null,
+    line: Number(answer.headers.get("x-line")) || null,
     words: decodeURIComponent(answer.headers.get("x-words") ?? ""),
     bitmap: await createImageBitmap(await answer.blob()),
   };

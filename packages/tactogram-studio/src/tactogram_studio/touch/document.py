@@ -9,7 +9,7 @@ It holds the table that the studio's own pad plays, and the picture of the surfa
   the sine with the texture's power in the felt band, in ``unit``; of a surface at each ``vibration_step_mm`` of its
   ``length_mm``, of the others at each of ``speeds`` (mm/s) and, fastest, ``forces`` (N)
 - ``picture``: ``webp`` (base64), ``kind`` (photograph, rendered or drawn), ``mm_per_pixel`` (null: it fills the pad),
-  ``words`` (a description)
+  ``words`` (a description), ``line`` (the row that is felt, as a share of the height; null: all)
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ def texture_document(table: TouchTexture, picture: PadPicture) -> str:
         "kind": picture.kind,
         "mm_per_pixel": picture.mm_per_pixel,
         "words": picture.words,
+        "line": picture.line,
     }
     facts = {"format": FORMAT, **table.head, "version": VERSION, "arrays": arrays, "picture": shown}
     return json.dumps(facts, ensure_ascii=False, separators=(",", ":")) + "\n"

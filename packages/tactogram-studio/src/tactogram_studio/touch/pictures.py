@@ -36,28 +36,34 @@ LIGHT = np.array([196.0, 187.0, 174.0])
 class PadPicture:
     """A picture for the pad: a photograph, a rendered picture of a simulated surface, or one drawn from the signal.
 
-    Without ``mm_per_pixel`` it fills the pad; ``words`` describe it for screen readers.
+    Without ``mm_per_pixel`` it fills the pad; ``words`` describe it for screen readers. ``line`` is the row that is
+    felt, as a share of the height, where the surface is drawn from a photograph.
     """
 
     webp: bytes
     kind: Kind
     mm_per_pixel: float | None
     words: str
+    line: float | None = None
 
     def headers(self) -> dict[str, str]:
         """Return the headers of an answer with this picture, as the page reads them."""
         scale = {} if self.mm_per_pixel is None else {"X-Mm-Per-Pixel": f"{self.mm_per_pixel:.6g}"}
-        return {"X-Picture": self.kind, "X-Words": quote(self.words), **scale}
+        line = {} if self.line is None else {"X-Line": f"{self.line:.6g}"}
+        return {"X-Picture": self.kind, "X-Words": quote(self.words), **scale, **line}
 
 
 def picture_of(sources: TouchSources, request: TextureRequest) -> PadPicture:
     """Return a photograph of the texture, or its signal drawn as a surface; errors as of `TouchSources.table`."""
-    name = request.material or request.of
+    name = sources.title(request)
     photograph = sources.photograph(request)
     if photograph is not None:
         image, simulated = photograph
         kind: Kind = "rendered" if simulated else "photograph"
         words = f"{name}: rendered picture of the simulated surface" if simulated else f"Photograph of {name}"
+        if request.where == "kept":
+            shown = _reduced(image)
+            return PadPicture(_webp(shown.pixels), kind, shown.mm_per_pixel, f"Photograph {name}", line=0.5)
         return PadPicture(_webp(image.pixels), kind, image.mm_per_pixel, words)
     signal, speed = sources.signal(request)
     drawn = drawn_surface(signal, speed or ASSUMED_SPEED_MM_S, registered=request.lay in ("x", "y"))
@@ -65,6 +71,14 @@ def picture_of(sources: TouchSources, request: TextureRequest) -> PadPicture:
     return PadPicture(
         _webp(pixels), "drawn", drawn.mm_per_pixel, f"{name}: drawn from the signal, no photograph"
     )
+
+
+def _reduced(image: Image) -> Image:
+    """Return a photograph of at most `MOST_COLUMNS` / 2 pixels on its longer side, enough for a screen."""
+    picture = Pillow.fromarray(image.pixels)
+    picture.thumbnail((MOST_COLUMNS // 2, MOST_COLUMNS // 2))
+    scale = image.mm_per_pixel and image.mm_per_pixel * image.size[1] / picture.width
+    return Image(np.asarray(picture), scale)
 
 
 def drawn_surface(signal: Signal, speed_mm_s: float, *, registered: bool = False) -> Image:

@@ -25,6 +25,7 @@ from tactogram.signal.io import READABLE, USUAL, read_metadata, read_signal
 from tactogram.validation import FrozenModel
 from tactogram_playback import TextureSettings, texture_of_map
 from tactogram_studio.signals.registry import ValueCache
+from tactogram_studio.touch.photographs import relief_of
 from tactogram_studio.touch.tables import (
     ASSUMED_SPEED_MM_S,
     TouchTexture,
@@ -135,6 +136,12 @@ class TouchSources:
         path = self._place(request)
         return self._tables.get((request, _stamp(path)), lambda: self._made(request, path))
 
+    def title(self, request: TextureRequest) -> str:
+        """Return the material, the title of a kept result, or the file."""
+        return (
+            self._shelf.get(request.of).title if request.where == "kept" else request.material or request.of
+        )
+
     def signal(self, request: TextureRequest) -> tuple[Signal, float | None]:
         """Return some seconds of a texture and the speed of their recording or generation; errors as of `table`."""
         path = self._place(request)
@@ -145,7 +152,14 @@ class TouchSources:
         return self._recorded(request, path)
 
     def photograph(self, request: TextureRequest) -> tuple[Image, bool] | None:
-        """Return a picture of a run's material from its data, and whether it is simulated; None if there is none."""
+        """Return a picture of a run's material from its data, and whether it is simulated; None if there is none.
+
+        Of a kept relief, the photograph that it was drawn from, unless it is laid along the finger's path or downwards.
+        """
+        if request.where == "kept" and request.lay in ("auto", "x"):
+            kept = self._shelf.get(request.of)
+            drawn_from = kept.photograph()
+            return None if drawn_from is None else (drawn_from, bool(kept.facts.get("simulated")))
         if request.where != "run":
             return None
         store = self._runs.store_of(self._runs.get(request.of))
@@ -181,6 +195,20 @@ class TouchSources:
             name = self._shelf.get(request.of).title if request.where == "kept" else path.stem
             facts = self._facts(request, path)
             simulated, limited = bool(facts.get("simulated", False)), facts.get("limited", ())
+            if (drawn_from := self.photograph(request)) is not None:
+                return table_of_signal(
+                    name,
+                    relief_of(drawn_from[0]),
+                    rate=request.rate,
+                    along="x",
+                    axes="slope",
+                    periodic=True,
+                    simulated=simulated,
+                    limited=[
+                        "drawn from the brightness along the marked line, felt at any height of the finger: a design, "
+                        "no prediction of how the material feels"
+                    ],
+                )
         signal, speed = self.signal(request)
         if request.where == "run":
             from tactogram.workflows import limits

@@ -45,7 +45,6 @@ from tactogram_playback import (
     SurfaceTexture,
     TextureSettings,
     TextureTable,
-    looped,
     texture_of_map,
 )
 
@@ -159,6 +158,7 @@ def table_of_signal(
     speed_mm_s: float | None = None,
     along: Along = "path",
     axes: str = "dft321",
+    periodic: bool = False,
     simulated: bool = False,
     limited: Iterable[str] = (),
 ) -> TouchTexture:
@@ -166,7 +166,8 @@ def table_of_signal(
 
     Its mean (gravity, a sensor's offset) is removed, since a sound card cannot play it. A friction coefficient's
     deviations from its mean are played like a vibration, silent at rest. A signal over time without ``speed_mm_s`` gets
-    `ASSUMED_SPEED_MM_S` and a note; what was ``limited`` as it was generated are others.
+    `ASSUMED_SPEED_MM_S` and a note; what was ``limited`` as it was generated are others. One that is ``periodic`` keeps
+    its positions; others are made a loop, which begins later.
 
     Raises `ParameterError` if the signal is silent, too short for a loop, or has too many axes.
     """
@@ -189,7 +190,9 @@ def table_of_signal(
     if len(vibration) > most:
         notes.append(f"only its first {100 * most / len(vibration):.0f} %: the rest is too long to send")
         vibration = vibration.cut(0, most)
-    texture = SurfaceTexture(name, vibration, rate=rate, speed_mm_s=speed_mm_s, along=along)
+    texture = SurfaceTexture(
+        name, vibration, rate=rate, speed_mm_s=speed_mm_s, along=along, periodic=periodic
+    )
     texture.holds_at_rest = False
     common = _head(name, texture, rate=rate, simulated=simulated)
     envelope, step_mm = _envelope(texture, speed_mm_s or ASSUMED_SPEED_MM_S)
@@ -300,7 +303,7 @@ def _felt_amplitudes(table: TextureTable | NoiseTable) -> NDArray[np.float32]:
 
 def _envelope(texture: SurfaceTexture, speed_mm_s: float) -> tuple[NDArray[np.float32], float]:
     """Return the amplitude along a loop in its unit, measured like a phone's strength, and the step in mm."""
-    loop = looped(texture.signal)
+    loop = texture.loop
     over_time = Signal(loop.samples, loop.rate * speed_mm_s, loop.unit, loop.axes)
     phone = open_display(PHONE)
     # Far enough below full drive that nothing is limited.

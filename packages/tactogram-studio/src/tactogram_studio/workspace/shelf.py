@@ -19,7 +19,7 @@ from tactogram.signal.io import read_image, read_metadata, read_signal, write_im
 from tactogram.text_files import read_json
 from tactogram_studio.workspace.folder import FACTS, STORE, DatedFolders, Workspace
 
-SIGNAL, IMAGE = "signal.npz", "image.png"
+SIGNAL, IMAGE, PHOTOGRAPH = "signal.npz", "image.png", "photograph"
 LONGEST_TITLE = 120
 MOST_LISTED = 1000
 TABLES = ("metrics.csv", "metrics.jsonl", "words.csv")
@@ -45,6 +45,11 @@ class KeptResult:
         """File of the signal or image."""
         return self.folder / (IMAGE if self.is_image else SIGNAL)
 
+    def photograph(self) -> Image | None:
+        """Return the photograph that the signal was drawn from, which shows ``width_mm`` of the facts; or None."""
+        path = self.folder / PHOTOGRAPH
+        return read_image(path, width_mm=float(self.facts["width_mm"])) if path.is_file() else None
+
     def signal(self) -> Signal:
         """Return the signal; `DataError` if it is an image, or was deleted."""
         if self.is_image:
@@ -64,8 +69,13 @@ class ResultArchive:
 
     folder: Path
 
-    def keep(self, result: Signal | Image, *, title: str, facts: Mapping[str, Any]) -> KeptResult:
-        """Store a signal or an image with a title and JSON values as facts; its file has some of them."""
+    def keep(
+        self, result: Signal | Image, *, title: str, facts: Mapping[str, Any], photograph: bytes = b""
+    ) -> KeptResult:
+        """Store a signal or an image with a title and JSON values as facts; its file has some of them.
+
+        ``photograph`` is the file of a picture that a signal was drawn from (see `KeptResult.photograph`).
+        """
         metadata = {name: facts[name] for name in ("simulated", "limited") if facts.get(name)} or None
 
         def write(part: Path) -> None:
@@ -73,6 +83,8 @@ class ResultArchive:
                 write_image(part / IMAGE, result, metadata=metadata)
             else:
                 write_signal(part / SIGNAL, result, metadata=metadata)
+            if photograph:
+                (part / PHOTOGRAPH).write_bytes(photograph)
 
         return self._add(write, title, facts)
 
