@@ -224,8 +224,8 @@ def pickled_tasks(monkeypatch):
     def sent(function, tasks, processes):
         for task in tasks:
             ran.append(task)
-            there, given = pickle.loads(pickle.dumps((function, task)))
-            yield task, pickle.loads(pickle.dumps(attempted(there, given)))
+            there, given = pickle.loads(pickle.dumps((function, task)))  # noqa: S301
+            yield task, pickle.loads(pickle.dumps(attempted(there, given)))  # noqa: S301
 
     monkeypatch.setattr("tactogram.workflows.workers.tasks._in_processes", sent)
     return ran

@@ -20,7 +20,7 @@ def trained(seed):
         slopes = torch.autograd.grad(network(x).square().mean(), list(network.parameters()))
         with torch.no_grad():
             for weight, slope in zip(network.parameters(), slopes, strict=True):
-                weight -= 0.01 * slope / slope.norm()
+                weight.sub_(0.01 * slope / slope.norm())
     return [float(p.detach().double().sum()) for p in network.parameters()], torch.get_num_threads()
 
 

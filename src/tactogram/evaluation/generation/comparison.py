@@ -10,6 +10,7 @@ import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval, signal_measures, wilson
+from tactogram.evaluation.measures.measure import SignalSet
 from tactogram.signal import Signal
 
 MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
@@ -229,7 +230,7 @@ def describe_measures() -> dict[str, MeasureInfo]:
 class PieceSet:
     """Pieces of one length; ``groups`` numbers the signals that they were cut from."""
 
-    signals: tuple[Signal, ...]
+    signals: SignalSet
     groups: tuple[int, ...]
 
 
@@ -253,7 +254,7 @@ class PiecePlan:
                 f"{self.count} pieces of {self.seconds:g} s are needed, the signals hold {len(pieces)}"
             )
         spread = [pieces[k] for k in (np.arange(self.count) * len(pieces)) // self.count]
-        return PieceSet(tuple(piece for piece, _ in spread), tuple(group for _, group in spread))
+        return PieceSet(SignalSet(piece for piece, _ in spread), tuple(group for _, group in spread))
 
     def draws(self, recordings: Sequence[Signal]) -> tuple[int, float]:
         """Return number and length (s) of the signals to generate in place of ``recordings``.

@@ -324,7 +324,7 @@ def _increasing(position: Array, counts: NDArray[np.int_]) -> Array:
     fit = np.full(position.shape, -np.inf)
     for first in range(len(counts)):
         means = (sums[:, first + 1 :] - sums[:, first, None]) / (totals[first + 1 :] - totals[first])
-        smallest = np.minimum.accumulate(means[:, ::-1], axis=1)[:, ::-1]  # of blocks that end at a step or later
+        smallest = np.minimum.accumulate(means[:, ::-1], axis=1)[:, ::-1]  # of blocks that end there or later
         fit[:, first:] = np.maximum(fit[:, first:], smallest)
     return fit
 
