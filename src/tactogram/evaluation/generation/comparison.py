@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -59,7 +60,7 @@ class GenerationResult:
         """The columns other than the model."""
         return tuple(column for column in self.columns if column != MODEL)
 
-    @property
+    @cached_property
     def overall(self) -> dict[str, dict[str, float | None]]:
         """The mean over materials, equally weighted, per measure and column."""
         columns = (*self.columns, FLOOR, CEILING, NEAREST)
