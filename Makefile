@@ -10,6 +10,9 @@ PACKAGES := simulate playback capture study studio benchmark
 export OMP_WAIT_POLICY ?= PASSIVE
 # The tests start a hundred processes, which would compile every module anew.
 unexport PYTHONDONTWRITEBYTECODE
+# Freed memory is kept for the next large array, which the system would have to fill with zeros again.
+test: export MALLOC_MMAP_THRESHOLD_ := 268435456
+test: export MALLOC_TRIM_THRESHOLD_ := 268435456
 
 .PHONY: help demo test install check mutants wheel bench benchmark-page docs clean
 .DEFAULT_GOAL := help

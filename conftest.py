@@ -12,7 +12,7 @@ from hypothesis import settings
 
 # The same examples in every run: a failure is seen by whoever runs the tests next, and never by chance alone.
 # Search further with HYPOTHESIS_PROFILE=search.
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
 settings.register_profile("search", deadline=None, max_examples=500)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 

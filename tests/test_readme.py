@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import pytest
 
-from tactogram.cli import main
+from tactogram.cli.catalogue import verb_places
 
 ROOT = Path(__file__).parents[1]
 
@@ -29,12 +29,7 @@ def test_every_command_of_the_documents_is_one():
     text = "".join(file.read_text(encoding="utf-8") for file in files)
     verbs = set(re.findall(r"tactogram ([a-z]+)(?= |`|\n)", text))
     assert verbs
-    for verb in sorted(verbs):
-        try:
-            status = main([verb, "--help"])
-        except SystemExit as ended:
-            status = ended.code
-        assert status == 0, verb
+    assert verbs <= {words.split()[0] for words in verb_places()}
 
 
 def test_every_link_of_the_documents_leads_somewhere():

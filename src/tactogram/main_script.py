@@ -1,11 +1,14 @@
-"""Main script: whether processes that start now would run it again."""
+"""Main script: whether processes that start now would run it again; their end with it."""
 
 from __future__ import annotations
 
 import ast
+import os
+import signal
 import sys
+from multiprocessing import connection, parent_process
 from pathlib import Path
-from threading import main_thread
+from threading import Thread, main_thread
 
 from tactogram.errors import ParameterError
 
@@ -47,3 +50,19 @@ def repeated_line() -> int | None:
         return None
     running = [each for each in statements if each.lineno <= (line or 0) <= (each.end_lineno or 0)]
     return line if running and not isinstance(running[0], ast.If) else None
+
+
+def start_worker(ends: connection.Connection | None = None) -> None:
+    """Leave interrupts to the parent, and end with it: a killed import must not leave processes behind.
+
+    With ``ends`` the process also ends when the other side of that pipe is closed, whatever it is doing.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = parent_process()
+
+    def end_with_parent() -> None:
+        if parent is not None:
+            connection.wait([parent.sentinel, *([] if ends is None else [ends])])
+            os._exit(1)
+
+    Thread(target=end_with_parent, daemon=True).start()

@@ -3,6 +3,7 @@
 import base64
 import hashlib
 import json
+import pickle
 import re
 import sys
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -15,6 +16,7 @@ import pytest
 from tactogram.datasets import create_store
 from tactogram.datasets.ratings.ratings import EVOKED, Ratings
 from tactogram.signal import Image
+from tactogram.workflows.workers.one_task import attempted
 
 sys.path.append(str(Path(__file__).parent))  # made_up_*
 
@@ -212,3 +214,18 @@ def rater_run(rated, tmp_path_factory):
 
     out = tmp_path_factory.mktemp("runs") / "rater"
     return train("rater", rated, recipe="tiny", out=out, accelerator="cpu").folder
+
+
+@pytest.fixture
+def pickled_tasks(monkeypatch):
+    """Run the tasks of several processes here, one by one, as pickles; give the list of those that ran."""
+    ran = []
+
+    def sent(function, tasks, processes):
+        for task in tasks:
+            ran.append(task)
+            there, given = pickle.loads(pickle.dumps((function, task)))  # noqa: S301
+            yield task, pickle.loads(pickle.dumps(attempted(there, given)))  # noqa: S301
+
+    monkeypatch.setattr("tactogram.workflows.workers.tasks._in_processes", sent)
+    return ran

@@ -161,7 +161,8 @@ def tasks(tmp_path_factory):
     made = Tasks(tmp_path_factory.mktemp("benchmark"))
     held, rated = strokes(made.work / "stores" / "noise"), rated_strokes(made.work / "stores" / "rated")
     last = split_last(held.index, 2, validation=1)
-    cheap = '[recipes.stroke_cnn]\nchanges = { "config.steps" = 30 }\n'
+    small = '"config.steps" = 30, "config.filters" = [8, 8, 16, 16, 16, 16], "config.dense" = [32, 16]'
+    cheap = f"[recipes.stroke_cnn]\nchanges = {{ {small} }}\n"
     made.write("name", "classification", held, last, more=cheap)
     unknown = without(last, held, MATERIALS[:3], 9)
     made.write("none", "rejection", held, unknown, more=cheap)

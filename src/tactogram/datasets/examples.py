@@ -9,12 +9,12 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import cache
 from importlib.metadata import version
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from threading import Lock
 from typing import Any, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactogram.datasets.recording import Label, RecordingInfo, item_of, label_of
 from tactogram.datasets.scratch import scratch_of
@@ -31,9 +31,6 @@ from tactogram.model import Example, ItemRatings, SignalKind
 from tactogram.recipe import Preparation
 from tactogram.signal import Image, Signal
 from tactogram.signal.io.atomic import atomic_write
-
-# np.load parses a header as Python, which can fail in two threads at once before Python 3.11.9 (python/cpython#106905).
-_READING_HEADERS = Lock()
 
 
 class Examples(Sequence[Example]):
@@ -74,6 +71,7 @@ class Examples(Sequence[Example]):
         self._region_of = {region.key: region for region in reversed(regions or ())}
         self.store, self.segments, self.prepare, self.label = store, tuple(segments), prepare, label
         self.infos: tuple[RecordingInfo, ...] = tuple(store.info(segment.id) for segment in self.segments)
+        self._settings = prepare.model_dump(mode="json")
         self._cache, self._making = cache_dir, Lock()
 
     def __len__(self) -> int:
@@ -151,21 +149,24 @@ class Examples(Sequence[Example]):
         facts = {
             "version": _version(),
             "segment": [segment.id, segment.start_s, segment.stop_s, stream],
-            "prepare": self.prepare.model_dump(mode="json"),
+            "prepare": self._settings,
         }
         name = hashlib.sha256(json.dumps(facts, sort_keys=True).encode()).hexdigest()[:32]
-        if self._cache is None or not (self._cache / f"{name}.npy").exists():
+        if self._cache is None or not (self._cache / f"{name}.f32").exists():
             signal = self.prepare.apply(_cut(self.store, segment, stream))
+            samples = np.ascontiguousarray(signal.samples)
             kind = {"rate": signal.rate, "unit": signal.unit, "axes": signal.axes, "domain": signal.domain}
             # The folder is made after a signal was prepared: refused settings leave none.
             with self._making:
                 self._cache = self._cache or scratch_of(self)
             _replace(self._cache / f"{name}.json", json.dumps(kind).encode())
-            _replace(self._cache / f"{name}.npy", signal.samples)
+            _replace(self._cache / f"{name}.f32", samples.data)
         kind = json.loads((self._cache / f"{name}.json").read_bytes())
-        with _READING_HEADERS:
-            mapped = np.load(self._cache / f"{name}.npy", mmap_mode="r", allow_pickle=False)
-        return Signal(mapped, kind["rate"], kind["unit"], tuple(kind["axes"]), kind["domain"])
+        with (self._cache / f"{name}.f32").open("rb") as file:
+            mapped = mmap(file.fileno(), 0, access=ACCESS_READ)
+        axes = tuple(kind["axes"])
+        samples = np.frombuffer(mapped, np.float32).reshape(len(axes), -1)
+        return Signal(samples, kind["rate"], kind["unit"], axes, kind["domain"])
 
 
 def part_examples(
@@ -291,9 +292,6 @@ def _cut(store: Store, segment: Segment, stream: str) -> Signal:
     return store.signal(segment.id, stream, start=start, stop=stop)
 
 
-def _replace(path: Path, content: bytes | NDArray[np.float32]) -> None:
+def _replace(path: Path, content: bytes | memoryview) -> None:
     with atomic_write(path) as part:  # threads or processes may prepare the same segment
-        if isinstance(content, bytes):
-            part.write_bytes(content)
-        else:
-            np.save(part, content, allow_pickle=False)
+        part.write_bytes(content)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
-import signal
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
-from multiprocessing import connection, get_context, parent_process
-from threading import Thread
+from multiprocessing import get_context
 from time import monotonic
 from typing import Any
 
@@ -19,7 +16,7 @@ from tactogram.datasets.examples import cores
 from tactogram.datasets.importer import ImportItem, LeftOut, importer
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, Message, ParameterError, TactogramError
-from tactogram.main_script import allowed_processes
+from tactogram.main_script import allowed_processes, start_worker
 
 Reading = Sequence[Recording | LeftOut] | Message
 """Recordings of an item and its parts that are none, or one line on what is wrong with it."""
@@ -91,22 +88,6 @@ def read_item(importer_name: str, item: ImportItem) -> Reading:
     except Exception as error:  # whatever a reader trips over, the user needs the name of the file
         return Message(f"{type(error).__name__}: {error}", place=item.name)
     return recordings or Message("holds no recording", place=item.name)
-
-
-def start_worker(ends: connection.Connection | None = None) -> None:
-    """Leave interrupts to the parent, and end with it: a killed import must not leave processes behind.
-
-    With ``ends`` the process also ends when the other side of that pipe is closed, whatever it is doing.
-    """
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = parent_process()
-
-    def end_with_parent() -> None:
-        if parent is not None:
-            connection.wait([parent.sentinel, *([] if ends is None else [ends])])
-            os._exit(1)
-
-    Thread(target=end_with_parent, daemon=True).start()
 
 
 def by_kind(messages: Iterable[tuple[str, str]]) -> list[dict[str, Any]]:

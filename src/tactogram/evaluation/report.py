@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -38,9 +38,9 @@ class ReportTable:
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure with a caption."""
+    """A figure with a caption; one given by a function is drawn when the page is written, and not kept."""
 
-    figure: Figure
+    figure: Figure | Callable[[], Figure]
     caption: str = ""
 
 
@@ -104,7 +104,8 @@ def _render(block: Block) -> dict[str, object]:
         return {"kind": "table", **facts}
     if isinstance(block, ReportFigure):
         picture = io.BytesIO()
-        block.figure.savefig(picture, format="png", dpi=130)
+        figure = block.figure if isinstance(block.figure, Figure) else block.figure()
+        figure.savefig(picture, format="png", dpi=130)
         data = base64.b64encode(picture.getvalue()).decode()
         return {"kind": "picture", "data": data, "caption": block.caption}
     return {

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import scipy
 from numpy.typing import NDArray
@@ -40,6 +42,12 @@ def butterworth(
     1/2 at W = (2^(1/p) - 1)^(1/2N), so the prototype's band is widened by its inverse. The widening is done after
     pre-warping, tan(pi f / rate), about the same centre.
     """
+    return _sections(rate, low, high, order, passes).copy()
+
+
+@lru_cache(maxsize=256)
+def _sections(rate: float, low: float, high: float, order: int, passes: int) -> NDArray[np.float64]:
+    """Return the sections of `butterworth`; their design costs more than filtering a second of signal."""
     _check_band(rate, low, high)
     widened = (2 ** (1 / passes) - 1) ** (-0.5 / order)
     warped_low = np.tan(np.pi * low / rate)

@@ -137,7 +137,7 @@ class TestReading:
         assert back.sha256 == ratings.sha256
         assert [path.name for path in tmp_path.iterdir()] == [name]
 
-    @settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+    @settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture])
     @given(
         rows=st.dictionaries(
             st.tuples(NAMES, NAMES, st.sampled_from(WORDS)), st.integers(1, 7), min_size=1, max_size=20

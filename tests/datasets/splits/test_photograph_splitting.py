@@ -30,7 +30,7 @@ from tactogram.signal import Signal
 PARTS = ("train", "validation", "test")
 
 
-@settings(max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     counts=st.lists(st.integers(0, 12), min_size=1, max_size=4),
     takes=st.integers(1, 9),

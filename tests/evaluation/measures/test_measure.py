@@ -4,7 +4,13 @@ from hypothesis import given, strategies as st
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import segments
-from tactogram.evaluation.measures.measure import CHUNK_SAMPLES, check_alike, stacks
+from tactogram.evaluation.measures.measure import (
+    CHUNK_SAMPLES,
+    SignalSet,
+    check_alike,
+    once_per_set,
+    stacks,
+)
 from tactogram.signal import Signal
 
 
@@ -70,3 +76,18 @@ def test_every_signal_is_in_one_stack_and_none_is_too_large():
     assert sorted(float(x[0, 0]) for stack in found for x in stack) == sorted(
         float(s.samples[0, 0]) for s in signals
     )
+
+
+def test_a_set_is_measured_once_for_each_setting():
+    asked = []
+
+    @once_per_set
+    def samples(signals, factor):
+        asked.append(factor)
+        return factor * sum(map(len, signals))
+
+    held = SignalSet([ramp(100), ramp(50)])
+    assert [samples(held, 1), samples(held, 2), samples(held, 1), samples(held, 2)] == [150, 300, 150, 300]
+    assert [samples([*held], 1), samples([*held], 1)] == [150, 150]  # a list may change
+    assert samples(SignalSet(held[:1]), 1) == 100
+    assert asked == [1, 2, 1, 1, 1]

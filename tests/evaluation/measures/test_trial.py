@@ -8,6 +8,7 @@ import soundfile
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from tactogram.evaluation.measures import memorisation, segments, signal_measures
+from tactogram.evaluation.measures.measure import SignalSet
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass
 from tactogram.signal.resampling import resample
@@ -53,6 +54,12 @@ def test_it_is_zero_on_itself_and_symmetric(measure, texture, seed, gain):
 def test_the_order_of_a_set_does_not_count(measure, texture, order):
     one, other = [texture(k, seconds=2 + k % 2) for k in range(4)], [texture(9)]
     assert measure([one[k] for k in order], other) == pytest.approx(measure(one, other))
+
+
+def test_sets_that_were_compared_before_give_the_same(measure, draw):
+    one, other, third = (SignalSet(draw(seed)) for seed in range(3))
+    before = measure(one, third), measure(one, other), measure(third, other)
+    assert measure(one, other) == before[1] == measure(draw(0), draw(1))
 
 
 def test_time_reversal_changes_little(measure, draw):

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
+from scipy.optimize import isotonic_regression
 from scipy.signal import lfilter
 
 from tactogram.errors import ParameterError
@@ -8,6 +9,7 @@ from tactogram.evaluation.mixing import placement
 from tactogram.evaluation.mixing.placement import (
     OVERALL,
     IndistinctEndsError,
+    _increasing,
     order_of,
     positions,
     texture_features,
@@ -306,3 +308,12 @@ def test_a_generator_without_chance_is_judged_by_its_order_alone():
         )
         assert order["monotone_p"] == p
         assert order["resolution"] < 1e-9
+
+
+@pytest.mark.parametrize("steps", [2, 5, 11])
+def test_increasing_curves_are_those_of_scipy(steps):
+    rng = np.random.default_rng(steps)
+    counts = rng.integers(2, 9, steps)
+    rows = np.linspace(0, 1, steps) + rng.normal(0, 0.4, (50, steps))
+    expected = [isotonic_regression(row, weights=counts).x for row in rows]
+    np.testing.assert_allclose(_increasing(rows, counts), expected, atol=1e-12)

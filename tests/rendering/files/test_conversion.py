@@ -193,7 +193,7 @@ def signals(draw):
 
 
 @pytest.mark.parametrize("format", FORMATS)
-@settings(max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=10, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(signal=signals())
 def test_any_signal_makes_a_valid_file_or_a_clear_refusal(tmp_path, format, signal):
     path = file_for(tmp_path, format)

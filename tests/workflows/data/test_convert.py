@@ -1,6 +1,5 @@
 """Haptic files through `convert`: any to any, a folder at once, checks."""
 
-import itertools
 import json
 import shutil
 from pathlib import Path
@@ -52,7 +51,16 @@ def sources(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize(("source", "target"), list(itertools.product(NAMES, NAMES)))
+PAIRS = [
+    (source, target)
+    for place, source in enumerate(NAMES)
+    for step, target in enumerate(NAMES)
+    if (step - place) % len(NAMES) in (0, 1, len(NAMES) // 2) or "x.wav" in (source, target)
+]
+"""Every format is read and written several times; what reads a file knows nothing of what writes the other."""
+
+
+@pytest.mark.parametrize(("source", "target"), PAIRS)
 def test_any_to_any(sources, tmp_path, source, target):
     facts = convert(sources / source, tmp_path / target, format=NAMES[target])
     if NAMES[target]:

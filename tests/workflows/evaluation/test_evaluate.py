@@ -24,7 +24,7 @@ from tactogram.workflows.training.train import train
 
 RATE = 40.0  # per mm
 POLES = {"denim": 0.9, "linen": 0.3, "satin": -0.4, "terry": -0.85}
-HASTY = {"steps": 4, "most": 4}
+HASTY = {"steps": 4, "most": 2}
 
 
 def photograph(seed, size=96):
@@ -92,7 +92,7 @@ def test_is_judged_as_met_at_one_speed_though_recordings_have_a_force(figures):
 
 def test_one_fabric_held_out_is_judged_without_the_published_figure(fabrics, tmp_path, capsys):
     by_material = trained(fabrics, tmp_path / "run", by="material")
-    effort = ["--evaluation", "steps=4", "--evaluation", "most=4"]
+    effort = ["--evaluation", "steps=4", "--evaluation", "most=2"]
     assert main(["evaluate", str(by_material.folder), *effort, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["as_published"] is None

@@ -54,7 +54,8 @@ def test_the_same_seed_makes_the_same_ladder_and_another_does_not(voice, mixes):
     assert not np.array_equal(mixes.ladder.position, other.ladder.position)
 
 
-def test_what_was_made_is_used_again_only_if_the_same_is_asked(voice, tmp_path):
+def test_what_was_made_is_used_again_only_if_the_same_is_asked(voice, tmp_path, monkeypatch):
+    monkeypatch.setattr("tactogram.evaluation.report.save_figure", lambda path, figure: path)
     options = {**SMALL, "out": tmp_path, "reuse": True}
     first = mixing_ladder(voice, "cork", "tile", **options)
     before = (tmp_path / "ladder.json").stat().st_mtime_ns

@@ -32,7 +32,7 @@ RATE = 1000.0
 LOOKS = {"cork": (4.0, 0.3), "felt": (1.0, 0.3), "slate": (1.0, 0.8), "tile": (4.0, 0.8)}
 """Simulated: coarseness in pixels, and brightness."""
 TOUCHES = {"cork": [1, -1.6, 0.9], "felt": [1, -0.9], "slate": [1, 0.9], "tile": [1, 0.3, 0.8]}
-HASTY = {"steps": 4, "most": 4}
+HASTY = {"steps": 4, "most": 2}
 
 
 def photograph(material, seed, size=64):

@@ -25,6 +25,14 @@ def test_crossval_by_item_is_better_than_a_constant_where_there_is_something_to_
     assert (tmp_path / "words.png").is_file()
 
 
+def test_what_processes_would_be_sent_changes_no_figure(rated, tmp_path, pickled_tasks):
+    options = {"recipe": "tiny", "folds": 2, "repeats": 1}
+    here = crossval("rater", rated, out=tmp_path / "here", processes=1, **options)
+    there = crossval("rater", rated, out=tmp_path / "there", processes=2, **options)
+    assert pickled_tasks
+    assert there | {"report": ""} == here | {"report": ""}
+
+
 @pytest.mark.slow
 def test_processes_change_no_figure(rated, tmp_path):
     options = {"recipe": "tiny", "folds": 2, "repeats": 2}
@@ -76,6 +84,8 @@ def test_score_and_crossval_are_verbs(rater_run, rated, tmp_path, capsys):
         "--folds",
         "2",
         "--repeats",
+        "1",
+        "--processes",
         "1",
     ]
     assert main([*arguments, "--by", "material", "--out", str(tmp_path / "cv")]) == 0

@@ -43,7 +43,13 @@ def test_every_row_is_generated_as_it_would_be_alone(table, tmp_path):
     ]
 
 
-def test_processes_change_nothing_and_a_killed_call_goes_on(table, tmp_path, monkeypatch):
+@pytest.fixture(params=["pickled", pytest.param("processes", marks=pytest.mark.slow)])
+def elsewhere(request):
+    """Run tasks for two processes: as those would be sent them, or in those."""
+    return request.getfixturevalue("pickled_tasks") if request.param == "pickled" else [None]
+
+
+def test_processes_change_nothing_and_a_killed_call_goes_on(table, tmp_path, monkeypatch, elsewhere):
     monkeypatch.setattr(many, "CHUNK", 1)
     here, there = tmp_path / "here", tmp_path / "there"
     table.write_text(TABLE + "no such material,,60,,,\n")
@@ -55,6 +61,7 @@ def test_processes_change_nothing_and_a_killed_call_goes_on(table, tmp_path, mon
     generate_many("texture_flow", table, here, seconds=0.25, processes=1)
     generate_many("texture_flow", table, there, seconds=0.25, processes=2)
     assert (here / "1.wav").read_bytes() == b"is not made again"
+    assert elsewhere
     one, other = (read_signal(folder / "mixed.wav").samples for folder in (here, there))
     assert (one == other).all()
 

@@ -16,11 +16,11 @@ def trained(seed):
         torch.manual_seed(seed)
         network = torch.nn.Sequential(torch.nn.Conv1d(4, 32, 9), torch.nn.ReLU(), torch.nn.Conv1d(32, 1, 9))
     x = torch.randn(16, 4, 300, generator=torch.Generator().manual_seed(seed))
-    optimiser = torch.optim.Adam(network.parameters())
-    for _ in range(3):
-        optimiser.zero_grad()
-        network(x).square().mean().backward()
-        optimiser.step()
+    for _ in range(3):  # by hand: a process's first optimiser imports torch's compiler
+        slopes = torch.autograd.grad(network(x).square().mean(), list(network.parameters()))
+        with torch.no_grad():
+            for weight, slope in zip(network.parameters(), slopes, strict=True):
+                weight.sub_(0.01 * slope / slope.norm())
     return [float(p.detach().double().sum()) for p in network.parameters()], torch.get_num_threads()
 
 

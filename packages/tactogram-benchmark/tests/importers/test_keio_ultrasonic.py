@@ -38,7 +38,9 @@ def study(tmp_path):
 
 
 def test_plates_signals_and_ratings_become_a_store_that_ultrasonic_cgan_learns_from(study, tmp_path):
-    import_dataset("keio_ultrasonic", study, tmp_path / "store", options={"rate": RATE, "full_scale": 2.0})
+    import_dataset(
+        "keio_ultrasonic", study, tmp_path / "store", workers=1, options={"rate": RATE, "full_scale": 2.0}
+    )
     store = open_store(tmp_path / "store")
     assert sorted(info.material for info in store.index if info.material) == ["plate01", "plate12"]
     assert store.ratings.items == ("plate01", "plate12", "signal01", "signal02")

@@ -7,6 +7,7 @@ from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal, write_signal
+from tactogram.workflows.generation import cloned_strokes
 from tactogram.workflows.training.train import train
 from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram_playback.workflows.stream import stream
@@ -71,7 +72,9 @@ def test_a_run_of_texture_var_follows_speed_and_force(recordings, tmp_path):
     assert read_signal(out).samples[0, 800:].std() == pytest.approx(texture.level, rel=0.5)
 
 
-def test_the_trained_model_streams_its_materials_at_any_speed_and_force():
+def test_the_trained_model_streams_its_materials_at_any_speed_and_force(monkeypatch):
+    monkeypatch.setattr(cloned_strokes, "SPEEDS_MM_S", (40.0, 120.0, 360.0))
+    monkeypatch.setattr(cloned_strokes, "FORCES_N", (1.0,))
     made, _ = textures_of(["texture_flow"], ["brick", "silk"], TextureSettings(8000.0, 40))
     brick, silk = sorted(made, key=lambda texture: texture.name)
     assert [brick.name, silk.name] == ["brick", "silk"]

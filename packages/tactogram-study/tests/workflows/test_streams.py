@@ -6,6 +6,7 @@ import pytest
 from tactogram.datasets import create_store
 from tactogram.errors import ParameterError
 from tactogram.rendering.displays.catalogue import open_display
+from tactogram.workflows.generation import cloned_strokes
 from tactogram.workflows.training.train import train
 from tactogram_playback.streaming.noise_texture import ModulatedNoiseTexture
 from tactogram_playback.streaming.textures import AutoregressiveTexture
@@ -56,7 +57,9 @@ def test_a_material_of_a_run_is_streamed_in_a_study_over_speed_and_force(texture
         StudyStimuli(study.model_copy(update={"display": "phone"}), tmp_path).check()
 
 
-def test_words_of_a_streamed_study_follow_speed_and_force(tmp_path):
+def test_words_of_a_streamed_study_follow_speed_and_force(tmp_path, monkeypatch):
+    monkeypatch.setattr(cloned_strokes, "SPEEDS_MM_S", (60.0, 240.0))
+    monkeypatch.setattr(cloned_strokes, "FORCES_N", (0.5, 1.0))
     study = streamed({"name": "rough", "run": "texture_flow", "words": {"rough": 6.0}})
     played = StudyStimuli(study, tmp_path).played(PresentedStimulus("A", study.all_stimuli[0]))
     assert isinstance(played.stream.texture, ModulatedNoiseTexture)

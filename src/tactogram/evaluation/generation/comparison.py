@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import mean_interval, signal_measures, wilson
+from tactogram.evaluation.measures.measure import SignalSet
 from tactogram.signal import Signal
 
 MODEL, FLOOR, CEILING, NEAREST = "model", "floor", "ceiling", "nearest_other"
@@ -60,7 +62,7 @@ class GenerationResult:
         """The columns other than the model."""
         return tuple(column for column in self.columns if column != MODEL)
 
-    @property
+    @cached_property
     def overall(self) -> dict[str, dict[str, float | None]]:
         """The mean over materials, equally weighted, per measure and column."""
         columns = (*self.columns, FLOOR, CEILING, NEAREST)
@@ -248,7 +250,7 @@ def describe_measures() -> dict[str, MeasureInfo]:
 class PieceSet:
     """Pieces of one length; ``groups`` numbers the signals that they were cut from."""
 
-    signals: tuple[Signal, ...]
+    signals: SignalSet
     groups: tuple[int, ...]
 
 
@@ -272,7 +274,7 @@ class PiecePlan:
                 f"{self.count} pieces of {self.seconds:g} s are needed, the signals hold {len(pieces)}"
             )
         spread = [pieces[k] for k in (np.arange(self.count) * len(pieces)) // self.count]
-        return PieceSet(tuple(piece for piece, _ in spread), tuple(group for _, group in spread))
+        return PieceSet(SignalSet(piece for piece, _ in spread), tuple(group for _, group in spread))
 
     def draws(self, recordings: Sequence[Signal]) -> tuple[int, float]:
         """Return number and length (s) of the signals to generate in place of ``recordings``.

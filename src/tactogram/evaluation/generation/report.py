@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from matplotlib.colors import Colormap, LinearSegmentedColormap
@@ -167,7 +168,7 @@ def _summary(result: GenerationResult) -> list[Block]:
     return [
         ReportText(text),
         ReportFigure(
-            position_figure(result),
+            partial(position_figure, result),
             "Positions of the model and the baselines. Dots: the model's materials. "
             "Values farther out are drawn at the edge.",
         ),
@@ -180,7 +181,7 @@ def _overview(result: GenerationResult) -> list[Block]:
         "0: at the floor, like real recordings; 1: at the ceiling, like another material. Grey: undecided, since other "
         "materials are no farther from this one than its own recordings are from each other."
     )
-    blocks: list[Block] = [ReportFigure(overview_figure(result), caption)]
+    blocks: list[Block] = [ReportFigure(partial(overview_figure, result), caption)]
     if beyond := result.beyond_ceiling():
         by_measure: dict[str, list[str]] = {}
         for name, material in beyond:
@@ -230,11 +231,11 @@ def _examples(result: GenerationResult, recorded: BySet, sets: Mapping[str, BySe
             for material in shown_materials[start : start + SIDE_BY_SIDE]
         }
         caption = "Recorded and generated, each pair scaled to its largest value per axis, for display only."
-        blocks.append(ReportFigure(spectrograms_figure(some), caption))
+        blocks.append(ReportFigure(partial(spectrograms_figure, some), caption))
     for material in shown_materials:
         groups = {"recorded": recorded[material]}
         groups |= {("generated" if c == MODEL else c): part[material] for c, part in sets.items()}
-        blocks.append(ReportFigure(spectra_figure(groups), material))
+        blocks.append(ReportFigure(partial(spectra_figure, groups), material))
         for name, signals in groups.items():
             shown = signals[0].cut(0, max(1, round(HEARD_S * signals[0].rate)))
             blocks.append(ReportSound(shown, f"{material}, {name}"))

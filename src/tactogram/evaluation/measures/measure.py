@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from functools import wraps
+from typing import Any, Concatenate, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from tactogram.errors import ParameterError
 from tactogram.plugins import PluginGroup
 from tactogram.signal import Signal
 
+P = ParamSpec("P")
+R = TypeVar("R")
 MEASURES = PluginGroup(
     "measure", "tactogram.evaluation.measures.distances", "tactogram.measures", "TACTOGRAM_MEASURES"
 )
@@ -90,6 +93,36 @@ def segments(signals: Sequence[Signal], seconds: float, *, count: int | None = N
     if count is None:
         return pieces
     return [pieces[k] for k in (np.arange(count) * len(pieces)) // count]
+
+
+class SignalSet(tuple[Signal, ...]):
+    """Signals that are compared with many sets: what is measured of them alone is kept with them."""
+
+    measured: dict[Any, Any]
+
+    def __new__(cls, signals: Iterable[Signal]) -> SignalSet:
+        """Return a set of which nothing is measured."""
+        new = super().__new__(cls, signals)
+        new.measured = {}
+        return new
+
+
+def once_per_set(
+    function: Callable[Concatenate[Sequence[Signal], P], R],
+) -> Callable[Concatenate[Sequence[Signal], P], R]:
+    """Let a function of one set compute its result for a `SignalSet` once; nobody may change the result."""
+
+    @wraps(function)
+    def call(signals: Sequence[Signal], /, *args: P.args, **options: P.kwargs) -> R:
+        if not isinstance(signals, SignalSet):
+            return function(signals, *args, **options)
+        key = (function, args, *options.items())
+        if key not in signals.measured:
+            signals.measured[key] = function(signals, *args, **options)
+        result: R = signals.measured[key]
+        return result
+
+    return call
 
 
 def check_alike(*sets: Sequence[Signal], shortest_s: float = 0.0) -> Signal:

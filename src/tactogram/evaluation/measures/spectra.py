@@ -16,7 +16,7 @@ from scipy.signal import sosfiltfilt, welch
 from scipy.special import digamma
 
 from tactogram.errors import ParameterError
-from tactogram.evaluation.measures.measure import stacks
+from tactogram.evaluation.measures.measure import once_per_set, stacks
 from tactogram.signal import Signal
 from tactogram.signal.filters import butterworth
 from tactogram.signal.perception import FELT_HZ, detection_threshold
@@ -67,6 +67,7 @@ class Spectra:
     """Number of independent segments in each average, shape (signal,)."""
 
 
+@once_per_set
 def power_spectra(signals: Sequence[Signal]) -> Spectra:
     """Return the power spectra of ``signals`` (Welch, Hann segments of `SEGMENT_S`, half overlapping)."""
     rate = signals[0].rate

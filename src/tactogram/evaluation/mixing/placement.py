@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import isotonic_regression
 from scipy.signal import detrend, hilbert, periodogram, welch
 from scipy.stats import t as student
 
@@ -273,11 +272,11 @@ def order_of(
     counts = np.array([len(part) for part in members])
     freedom = int((counts - 1).sum())
     pooled = sum(float(part.var(ddof=1)) * (len(part) - 1) for part in members) / freedom
-    seen = _drop(position, counts)
+    seen = float(_drops(position[None], counts)[0])
     if pooled > ROUNDING**2:
         same = rng.standard_normal((DRAWS, len(counts))) / np.sqrt(counts)
         scale = rng.chisquare(freedom, DRAWS) / freedom
-        drops = np.array([_drop(row, counts) for row in same]) / scale
+        drops = _drops(same, counts) / scale
         p = float((1 + np.count_nonzero(drops >= seen / pooled - ROUNDING)) / (1 + DRAWS))
     else:
         p = 1.0 if seen <= ROUNDING**2 else 0.0
@@ -286,32 +285,48 @@ def order_of(
     # The noise of the ends moves all steps together: it changes where they lie, not their order.
     ends = rng.standard_normal((DRAWS, 2)) * end_error
     moved = position + own - ends[:, :1] * (1 - position) - ends[:, 1:] * position
-    halves = np.array([_half(weights, row, counts) for row in moved])
+    halves = _halves(weights, moved, counts)
     tails = (SIGNIFICANCE / 2, 1 - SIGNIFICANCE / 2)
     tau_low, tau_high = np.quantile(tau, tails)
     half_low, half_high = np.quantile(halves, tails, method="inverted_cdf")
     reach = student.ppf(tails[1], freedom) * np.sqrt(2 * pooled / counts.mean())
-    half = _half(weights, position, counts)
+    half = _halves(weights, position[None], counts)[0]
     figures = (reach, p, _tau(position[None])[0], tau_low, tau_high, half, half_low, half_high)
     return {name: float(value) for name, value in zip(FIGURES, figures, strict=True)}
 
 
-def _drop(position: Array, counts: NDArray[np.int_]) -> float:
-    """Return the squared residual of the least increasing curve through ``position``, weighted by counts."""
-    fit = isotonic_regression(position, weights=counts).x
-    return float(counts @ (position - fit) ** 2)
+def _drops(position: Array, counts: NDArray[np.int_]) -> Array:
+    """Return the squared residual of each row from its increasing curve, weighted by counts, float64, shape (row,)."""
+    residuals: Array = (position - _increasing(position, counts)) ** 2 @ counts
+    return residuals
 
 
-def _half(weights: Array, position: Array, counts: NDArray[np.int_]) -> float:
-    """Return the weight at which the increasing curve crosses one half; infinite if it stays below."""
-    fit = isotonic_regression(position, weights=counts).x
-    above = int(np.searchsorted(fit, 0.5))
-    if above == len(fit):
-        return np.inf
-    if above == 0:
-        return float(weights[0])
-    share = (0.5 - fit[above - 1]) / (fit[above] - fit[above - 1])
-    return float(weights[above - 1] + share * (weights[above] - weights[above - 1]))
+def _halves(weights: Array, position: Array, counts: NDArray[np.int_]) -> Array:
+    """Return the weight at which each row's increasing curve crosses one half; infinite where it stays below."""
+    fit = _increasing(position, counts)
+    below = (fit < 0.5).sum(axis=1)  # steps before the crossing
+    last = np.clip(below, 1, len(counts) - 1)
+    low, high = np.take_along_axis(fit, np.stack([last - 1, last], axis=1), axis=1).T
+    before, after = weights[last - 1], weights[last]
+    inside = (below > 0) & (below < len(counts))
+    share = np.divide(0.5 - low, high - low, out=np.zeros_like(low), where=inside)
+    return np.where(below < len(counts), before + share * (after - before), np.inf)
+
+
+def _increasing(position: Array, counts: NDArray[np.int_]) -> Array:
+    """Return the least-squares increasing curve of each row, weighted by counts, float64, shape (row, step).
+
+    At a step it is the largest, over blocks' first steps, of the smallest mean of a block that contains the step
+    (Robertson, Wright and Dykstra 1988, Theorem 1.4.4).
+    """
+    sums = np.cumsum(np.insert(position * counts, 0, 0, axis=1), axis=1)
+    totals = np.cumsum(np.insert(counts, 0, 0))
+    fit = np.full(position.shape, -np.inf)
+    for first in range(len(counts)):
+        means = (sums[:, first + 1 :] - sums[:, first, None]) / (totals[first + 1 :] - totals[first])
+        smallest = np.minimum.accumulate(means[:, ::-1], axis=1)[:, ::-1]  # of blocks that end there or later
+        fit[:, first:] = np.maximum(fit[:, first:], smallest)
+    return fit
 
 
 def _tau(position: Array) -> Array:

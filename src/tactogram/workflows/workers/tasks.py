@@ -15,9 +15,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from tactogram.datasets.reading import start_worker
 from tactogram.errors import ParameterError, TactogramError
-from tactogram.main_script import allowed_processes
+from tactogram.main_script import allowed_processes, start_worker
 from tactogram.signal.io.atomic import write_text
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.workers.one_task import ATTEMPTS, ONE_THREAD, Attempt, attempted

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.measure import Measure, check_alike, once_per_set, stacks
 from tactogram.evaluation.measures.spectra import without_drift
 from tactogram.signal import Signal
 
@@ -37,6 +37,7 @@ def amplitude_distance(one: Sequence[Signal], other: Sequence[Signal]) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
+@once_per_set
 def _unit_rms(signals: Sequence[Signal]) -> NDArray[np.float64]:
     """Return all samples of a set, sorted, float64, shape (axis, sample)."""
     pieces = []

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import fft
 from scipy.signal import get_window
 
-from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.measure import Measure, check_alike, once_per_set, stacks
 from tactogram.evaluation.measures.spectra import BAND_HZ, SEGMENT_S, check_band
 from tactogram.signal import Signal
 
@@ -44,6 +44,7 @@ def coherence_distance(
     return float(np.sqrt(np.mean(difference**2)))
 
 
+@once_per_set
 def coherence(signals: Sequence[Signal]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return frequencies, Hz, and the magnitude-squared coherence of all pairs of axes, shape (axis, axis, frequency).
 

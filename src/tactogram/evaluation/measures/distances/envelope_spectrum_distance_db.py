@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.measure import Measure, check_alike, once_per_set, stacks
 from tactogram.evaluation.measures.spectra import (
     MODULATION_HZ,
     SHORTEST_S,
@@ -41,14 +41,13 @@ def envelope_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal]) -
     kind = check_alike(one, other, shortest_s=SHORTEST_S)
     check_felt(kind.rate)
     window = modulation_window(one, other)
-    edges = modulation_edges(kind.rate, window, MODULATION_HZ[1], per_octave=2)
-    first, second = (_envelope_spectrum_db(members, window, edges) for members in (one, other))
+    first, second = (_envelope_spectrum_db(members, window) for members in (one, other))
     return float(np.sqrt(np.mean((first - second) ** 2)))
 
 
-def _envelope_spectrum_db(
-    signals: Sequence[Signal], window: float, edges: NDArray[np.float64]
-) -> NDArray[np.float64]:
+@once_per_set
+def _envelope_spectrum_db(signals: Sequence[Signal], window: float) -> NDArray[np.float64]:
+    edges = modulation_edges(signals[0].rate, window, MODULATION_HZ[1], per_octave=2)
     power = []
     for stack in stacks(signals):
         envelope, rate = envelopes(stack, signals[0].rate, *FELT_HZ, np.ones_like)

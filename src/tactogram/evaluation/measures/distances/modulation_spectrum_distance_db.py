@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.evaluation.measures.measure import Measure, check_alike, stacks
+from tactogram.evaluation.measures.measure import Measure, check_alike, once_per_set, stacks
 from tactogram.evaluation.measures.spectra import (
     MODULATION_HZ,
     SHORTEST_S,
@@ -47,7 +47,7 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     kind = check_alike(one, other, shortest_s=SHORTEST_S)
     check_felt(kind.rate)
     window = modulation_window(one, other)
-    centres = [c for c in CENTRES_HZ if c * np.sqrt(2) <= kind.rate / 2] or [CENTRES_HZ[0]]
+    centres = tuple(c for c in CENTRES_HZ if c * np.sqrt(2) <= kind.rate / 2) or CENTRES_HZ[:1]
     first, second = (_modulation_spectrum(members, window, centres) for members in (one, other))
     weight_db = 10 * np.log10(felt_weight(np.array(centres), kind.unit))
     levels = np.maximum(first[1], second[1]) + weight_db  # axis, carrier
@@ -60,6 +60,7 @@ def modulation_spectrum_distance(one: Sequence[Signal], other: Sequence[Signal])
     return float(np.sqrt(np.sum(weight * squares) / np.sum(weight * counts)))
 
 
+@once_per_set
 def _modulation_spectrum(
     signals: Sequence[Signal], window: float, centres: Sequence[float]
 ) -> tuple[list[NDArray[np.float64]], NDArray[np.float64]]:

@@ -53,7 +53,7 @@ def test_a_shorter_training_that_settles_is_the_whole_training():
 
 
 def test_a_shorter_training_that_does_not_settle_leaves_nothing():
-    config = small(steps=150, short_steps=2, schedule="one-cycle")
+    config = small(steps=40, batch_size=32, short_steps=2, schedule="one-cycle")
     tried, plain = (StrokeCNNLearner(config, KIND, seed=0) for _ in range(2))
     tried.set_validation([Example("x", examples()[0].signal, "b")])  # which is an a
     few = examples(length=40)
@@ -74,7 +74,7 @@ def test_no_shorter_training_where_none_is_wanted_or_there_are_many_recordings(c
 
 @pytest.mark.parametrize("stage", ["short", "classify"])
 def test_a_training_resumed_in_any_stage_equals_the_whole(stage):
-    config = small(steps=150, short_steps=8, schedule="one-cycle")
+    config = small(steps=40, batch_size=32, short_steps=8, schedule="one-cycle")
     data, unseen = examples(length=40), [Example("x", examples()[0].signal, "b")]
     whole, resumed = (StrokeCNNLearner(config, KIND, seed=0) for _ in range(2))
     whole.set_validation(unseen)

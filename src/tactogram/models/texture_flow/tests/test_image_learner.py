@@ -10,7 +10,7 @@ from tactogram.errors import ParameterError
 from tactogram.model import ImageExample, ImageKind, ItemRatings
 from tactogram.models.texture_flow import Config, build
 from tactogram.signal import Image
-from tactogram.training.loop import fit
+from tactogram.training.loop import TrainingPosition, fit
 
 WORDS = ("bright", "loud")
 SMALL = Config(
@@ -54,7 +54,10 @@ def test_images_follow_their_words():
 
 
 def test_one_step_is_enough_for_a_straightened_flow():
-    learner = trained(straightening_steps=100, guidance=2.0)
+    config = SMALL.model_copy(update={"straightening_steps": 100, "guidance": 2.0})
+    learner = build(config, KIND, seed=0)
+    learner.load_state(trained().state())
+    fit(learner, EXAMPLES, seed=0, start=TrainingPosition(1, SMALL.steps))
     assert np.mean(brightness({"bright": 1.0}, learner=learner)) == pytest.approx(40, abs=25)
     assert np.mean(brightness({"bright": 7.0}, learner=learner)) == pytest.approx(200, abs=25)
 
@@ -69,7 +72,7 @@ def test_any_word_may_be_missing():
 
 
 def test_guidance_of_zero_ignores_the_words():
-    free = trained(guidance=0.0)
+    free = trained(steps=5, guidance=0.0)
     one, other = (free.generate({"words": {"bright": score}}, seed=1).pixels for score in (1.0, 7.0))
     np.testing.assert_array_equal(one, other)
 

@@ -35,16 +35,16 @@ def test_the_default_length_is_that_of_the_recordings():
 
 
 def test_guidance_of_zero_ignores_speed_and_material():
-    free = trained(stroked=True, guidance=0.0)
+    free = trained(stroked=True, steps=5, guidance=0.0)
     label = free._label(free.known.surfaces[0], {"speed_mm_s": 50}, None)[None]
     other = free._label(free.known.surfaces[1], {"speed_mm_s": 200}, None)[None]
     torch.testing.assert_close(free._spectrum(label, 500, seed=1), free._spectrum(other, 500, seed=1))
-    strong = trained(stroked=True, guidance=2.0)
+    strong = trained(stroked=True, steps=5, guidance=2.0)
     assert not torch.equal(strong._spectrum(label, 500, seed=1), strong._spectrum(other, 500, seed=1))
 
 
 def test_speed_is_told_from_its_absence_and_limited_to_what_was_recorded():
-    learner = trained(stroked=True)
+    learner = trained(stroked=True, steps=1)
     surface, size = learner.known.surfaces[0], learner.codes.shape[1]
     labels = {
         v: learner._label(surface, {"speed_mm_s": v}, None).tolist() for v in (None, 100.0, 200.0, 900.0)
@@ -73,7 +73,7 @@ def friction(name, seed):
 @cache
 def rubbed():
     kind = SignalKind(20.0, "1", ("along",), ("cork", "tile"), simulated=True, domain="displacement")
-    learner = build(SMALL.model_copy(update={"window_samples": 128, "frames": 8}), kind, seed=0)
+    learner = build(SMALL.model_copy(update={"window_samples": 128, "frames": 8, "steps": 20}), kind, seed=0)
     fit(learner, [friction(name, seed) for name in kind.materials for seed in range(3)], seed=0)
     return learner
 

@@ -51,8 +51,9 @@ STROKED = [
 
 
 @cache
-def trained(stroked=False, **config):
-    learner = build(SMALL.model_copy(update=config), KIND, seed=0)
+def trained(stroked=False, steps=20, **config):
+    """Return a learner whose flow has hardly begun: spectra and labels are measured, not learned."""
+    learner = build(SMALL.model_copy(update={"steps": steps, **config}), KIND, seed=0)
     fit(learner, STROKED if stroked else EXAMPLES, seed=0)
     return learner
 
@@ -98,7 +99,7 @@ def test_training_lowers_the_loss():
 
 
 def test_a_straightened_flow_arrives_in_one_step_near_where_its_teacher_arrives_in_several():
-    learner = trained(straightening_steps=60, solver_steps=6)
+    learner = trained(steps=60, straightening_steps=40, solver_steps=6)
     flow, label = learner.flow, learner._label(learner.known.surfaces[0], {}, None)[None]
     noise = torch.randn(1, 2, 32, 256, generator=torch.Generator().manual_seed(0))
     taught = guided(flow.teacher, label, flow.config.guidance)
@@ -130,7 +131,7 @@ def test_straightening_goes_on_where_it_was_interrupted_and_validation_is_that_o
 
 
 def test_a_training_begins_with_the_weights_before_straightening(tmp_path):
-    straightened = trained(straightening_steps=60, solver_steps=6)
+    straightened = trained(steps=60, straightening_steps=40, solver_steps=6)
     save_state(tmp_path / "model.safetensors", straightened.state())
     learner = build(SMALL.model_copy(update={"start": str(tmp_path)}), KIND, seed=1)
     learner.step(Stage("fit", 1), EXAMPLES)
@@ -150,7 +151,7 @@ def test_the_average_of_the_weights_generates():
 
 
 def test_conditions_are_dropped_apart():
-    learner = trained(stroked=True, dropped=0.5)
+    learner = trained(stroked=True, steps=1, dropped=0.5)
     label = learner._label(learner.known.surfaces[1], {"speed_mm_s": 200}, {"speed_mm_s": 200}).repeat(
         2000, 1
     )
@@ -165,7 +166,7 @@ def test_conditions_are_dropped_apart():
 
 
 def test_a_quarter_of_the_crops_is_told_another_recording_of_its_surface():
-    learner, size = trained(stroked=True), trained().codes.shape[1]
+    learner, size = trained(stroked=True, steps=1), trained().codes.shape[1]
     _, labels = learner._batch(learner._crops(STROKED), learner._measured(STROKED), 0, 200, seed=0)
     other = labels[:, size + 1] == 1
     assert other.float().mean() == pytest.approx(0.25, abs=0.1)

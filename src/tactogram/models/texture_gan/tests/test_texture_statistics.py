@@ -21,9 +21,9 @@ def test_statistics_do_not_see_phase_but_fluctuation():
 
 def test_energy_distance_is_least_for_the_same_process():
     """Gneiting & Raftery 2007: a proper score. The part that depends on the real ones alone is left out."""
-    real = statistics(bursts(256, 0.5, 0))
+    real = statistics(bursts(128, 0.5, 0))
     scores = {
-        depth: energy_distance(real, statistics(bursts(256, depth, 1)), statistics(bursts(256, depth, 2)))
+        depth: energy_distance(real, statistics(bursts(128, depth, 1)), statistics(bursts(128, depth, 2)))
         for depth in (0.0, 0.3, 0.5, 0.7, 0.95)
     }
     assert min(scores, key=scores.__getitem__) == 0.5

@@ -117,7 +117,7 @@ def learner(**changes):
 @pytest.fixture(scope="module")
 def trained():
     model = learner(
-        **{"predictor.epochs": 12, "predictor.learning_rate": 0.01, "steps": 250, "learning_rate": 4e-3}
+        **{"predictor.epochs": 12, "predictor.learning_rate": 0.01, "steps": 120, "learning_rate": 4e-3}
     )
     model.set_validation(UNSEEN)
     fit(model, TRAINING, seed=0)
