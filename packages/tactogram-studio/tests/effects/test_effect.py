@@ -95,6 +95,7 @@ def test_a_signal_becomes_a_track_relative_to_its_peak():
     assert np.interp([0.25, 0.75], *at) == pytest.approx([1.0, 0.25], abs=0.03)
     hz = np.interp(0.5, [p.time for p in track.frequency], [p.value for p in track.frequency])
     assert hz == pytest.approx(120, abs=3)
+    assert ready_track("tap").frequency == Track().frequency  # to draw on, as an empty track's
     many = Events(1.0, (), (Tap(0.0, 1.0, 100.0),) * 3000)
     with pytest.raises(ParameterError, match="at most 2000 transients, got 3000"):
         track_of(many, "Many")

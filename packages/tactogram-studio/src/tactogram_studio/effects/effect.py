@@ -212,9 +212,8 @@ def track_of(events: Events, title: str) -> Track:
         for transient in events.transients
     )
     silent = all(point.value == 0 for point in amplitude)
-    return Track(title=title[:60]).changed(
-        amplitude=() if silent else amplitude, frequency=frequency, transients=transients
-    )
+    lines = {} if silent else {"amplitude": amplitude, "frequency": frequency}
+    return Track(title=title[:60]).changed(transients=transients, **lines)
 
 
 def track_of_signal(signal: Signal, title: str) -> Track:
