@@ -76,6 +76,8 @@ class SurfaceTexture:
             signal = over_displacement(signal, speed_mm_s)
         self.name, self.unit, self.axes, self.along = name, signal.unit, signal.axes, along
         self.holds_at_rest = signal.unit == "1"
+        self.signal = signal
+        """The signal over displacement."""
         self.loop = loop = signal if periodic else looped(signal)
         """One period, over displacement."""
         self.length_mm = loop.length_mm
