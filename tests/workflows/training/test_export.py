@@ -5,6 +5,7 @@ import json
 import numpy as np
 import onnxruntime
 import pytest
+import torch
 
 from tactogram.cli import main
 from tactogram.datasets import create_store
@@ -49,6 +50,20 @@ def test_what_cannot_be_is_refused(run, textures, tmp_path):
     with pytest.raises(ParameterError, match="material must be omitted with to='onnx'"):
         export(textures.folder, to="onnx", out=out, material="cork")
     assert not out.exists()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def traced_once():
+    """Trace a single time the one network that is exported here."""
+    trace, programs = torch.onnx.export, []
+
+    def traced(*args, **options):
+        programs[:] = programs or [trace(*args, **options)]
+        return programs[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(torch.onnx, "export", traced)
+        yield
 
 
 @pytest.fixture(scope="module")
