@@ -1,4 +1,4 @@
-"""A stand-in for the Hugging Face Hub, a search space, and runs trained on simulated ratings."""
+"""A stand-in for the Hugging Face Hub, and runs trained on simulated ratings."""
 
 import base64
 import hashlib
@@ -136,24 +136,6 @@ def hub(monkeypatch):
     server.shutdown()
     server.server_close()
     thread.join()
-
-
-SPACE = """measure = "recording_accuracy"
-goal = "max"
-trials = 3
-seed = 1
-[vary]
-"config.learning_rate" = { low = 1e-9, high = 3e-3, log = true }
-"config.batch_size" = { choices = [16] }
-"""
-
-
-@pytest.fixture
-def space(tmp_path):
-    """The file of a search space of three trials."""
-    path = tmp_path / "space.toml"
-    path.write_text(SPACE)
-    return path
 
 
 # -- runs trained on simulated ratings -----------------------------------------------------------------------

@@ -40,8 +40,6 @@ def train_or_resume(
     data: str | None = None,
     resume: str | None = None,
     purpose: Purpose | None = None,
-    sweep: str | None = None,
-    on: str = "ray",
     progress: ProgressCallback,
     show: Printer,
     **settings: Any,
@@ -61,15 +59,11 @@ def train_or_resume(
     purpose : str, optional
         Instead of MODEL: the best one to recognise materials, to generate them by name, from photographs or from words,
         or to predict ratings.
-    sweep : str, optional
-        Train with values drawn from the space in this TOML file, and keep the best run; needs --out and Ray.
-    on : str
-        Engine of a sweep: Ray on this machine, or ray:ADDRESS for a cluster.
 
     Returns
     -------
     dict
-        ``run``, ``run_id``, ``validation`` and ``notes``, or the result of a sweep; None in a further process.
+        ``run``, ``run_id``, ``validation`` and ``notes``; None in a further process.
     """
     from tactogram.datasets import open_store
     from tactogram.training.device import is_first_process
@@ -88,10 +82,6 @@ def train_or_resume(
             model, own, why = model_choice(purpose, open_store(data), label=settings.get("label", "material"))
             show.notes([f"{model}: {why}"])
             settings = {"recipe": own} | settings
-        if sweep:
-            if resume is not None:
-                raise UsageError("--sweep goes on by itself with the same --out: omit --resume")
-            return _swept(str(model), data, sweep, on=on, progress=progress, **settings)
         with _catch_stop_signals() as stop:
             run = train(str(model), data, **settings, resume=resume is not None, progress=progress, stop=stop)
     if not is_first_process():
@@ -144,22 +134,6 @@ def _catch_stop_signals() -> Iterator[Callable[[], bool]]:
         yield lambda: stopped
     finally:
         restore()
-
-
-def _swept(
-    model: str,
-    data: str,
-    space: str,
-    *,
-    out: str | None = None,
-    on: str,
-    progress: ProgressCallback,
-    **settings: Any,
-) -> dict[str, Any]:
-    from tactogram.workflows.training.plan import TrainingRequest
-    from tactogram.workflows.training.sweep import sweep
-
-    return sweep(TrainingRequest(model, data, **settings), space, out=out, on=on, progress=progress)
 
 
 def _generation_parameters() -> Iterator[Parameter]:

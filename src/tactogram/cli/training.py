@@ -10,9 +10,6 @@ EVALUATION = "tactogram.workflows.evaluation"
 
 
 def _trained(result: dict[str, Any]) -> str:
-    if "trials" in result:
-        best = ", ".join(f"{key}={value}" for key, value in result["best"].items())
-        return f"run: {result['run']}\nbest of {len(result['trials'])}: {best}\nreport: {result['report']}"
     lines = [f"run: {result['run']}"]
     if values := result["validation"]:
         lines.append("validation: " + ", ".join(f"{name} {value:.3f}" for name, value in values.items()))

@@ -28,7 +28,7 @@ EXTRAS = {
     "study": "experiments with people",
     "studio": "studio and studies in the browser",
     "benchmark": "tasks, published data sets, tables and figures",
-    "ray": "tasks on several machines, sweeps",
+    "ray": "tasks on several machines",
     "vision": "photographs: pretrained trunks, LPIPS, FID, Grad-CAM",
 }
 

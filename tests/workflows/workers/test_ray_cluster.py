@@ -1,20 +1,14 @@
 """Tasks on a real Ray of two nodes on this machine: two raylets, of which one is killed."""
 
-import json
 import re
-import subprocess
-import sys
-import tomllib
 from threading import Thread
 
 import psutil
 import pytest
 import worker_chores as chores
 
-from tactogram.cli import main
 from tactogram.errors import ParameterError
 from tactogram.workflows.evaluation.crossval import crossval
-from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.workers import run_tasks
 from tactogram.workflows.workers.ray_cluster import connected
 from tactogram_simulate import simulate_to_store
@@ -101,40 +95,6 @@ def test_cross_validation_has_the_same_figures(on, store, tmp_path):
         "confusion.png",
         "report.html",
     }
-
-
-@pytest.mark.slow
-def test_a_sweep_that_was_killed_goes_on_and_keeps_its_best_trial_as_a_run(
-    cluster, on, store, space, tmp_path, capsys
-):
-    out = tmp_path / "out"
-    told = ["train", "stroke_cnn", "--data", str(store), "--recipe", "tiny", "--set", "config.steps=36"]
-    told += ["--accelerator", "cpu", "--out", str(out), "--sweep", str(space)]
-
-    def ended():
-        texts = {file: file.read_text() for file in out.glob("trials-*/*/result.json")}
-        return {file: text for file, text in texts.items() if '"ninths": 9' in text}
-
-    with subprocess.Popen(
-        [sys.executable, "-m", "tactogram", *told, "--on", f"ray:{cluster.address}"]
-    ) as driver:
-        chores.until(ended)
-        driver.kill()
-    before = ended()
-    assert not (out / "sweep.json").exists()
-    assert main([*told, "--on", on, "--json"]) == 0
-    assert before.items() <= ended().items()
-    result = json.loads(capsys.readouterr().out)
-    assert result == json.loads((out / "sweep.json").read_text())
-    assert len(result["trials"]) == 3
-    assert {one["changes"]["config.batch_size"] for one in result["trials"]} == {16}
-    finished = [one for one in result["trials"] if one["ninths"] == 9]
-    assert result["trials"][0] == max(finished, key=lambda one: one["value"])
-    assert result["best"] == result["trials"][0]["changes"]
-    assert result["validation"]["recording_accuracy"] == pytest.approx(result["trials"][0]["value"])
-    assert load_run(out / "best").run.finished
-    assert tomllib.loads((out / "best" / "recipe.toml").read_text())["config"]["steps"] == 36
-    assert "Simulated data" in (out / "sweep.html").read_text()
 
 
 def test_a_node_that_is_killed_amid_work_costs_its_task_which_is_done_again(cluster, on, tmp_path):
