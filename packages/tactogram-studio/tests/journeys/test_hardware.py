@@ -128,3 +128,37 @@ def test_a_measurement_becomes_a_header_that_a_c_compiler_takes(tactogram, tmp_p
     assert abs(frequencies[np.argmax(power)] - HUM_HZ) < 20
     rms = 9.80665 * 0.2 * np.sqrt((1 + 1 / 4 + 1 / 16) / 2)  # of three axes in one
     assert rms / 2 < samples.std() < 2 * rms
+
+
+def test_an_uploaded_measurement_is_fitted_and_its_drive_downloaded(page, saved, step, tmp_path):
+    scope(tmp_path / "hum.csv")
+    with step("the upload"):
+        page.goto("/send")
+        page.get_by_role("button", name="Upload a file").click()
+        page.locator("input[type=file]").set_input_files(tmp_path / "hum.csv")
+        page.get_by_label("The signal").get_by_role("heading", name="hum").wait_for()
+    with step("fitted to a voice coil"):
+        page.get_by_role("radio", name="Physical").click()
+        page.get_by_role("button", name="Fit to the display").click()
+        report = page.get_by_role("region", name="Fit report")
+        report.get_by_text("gravity").first.wait_for()
+    with step("tried with nothing connected"):
+        playing = page.get_by_role("region", name="Play on a device")
+        playing.get_by_role("button", name="Play").click()
+        playing.get_by_text("of 2.0 s").wait_for()
+        playing.get_by_role("button", name="Stop").click()
+        playing.get_by_text("stopped after").wait_for()
+    drive, rate = soundfile.read(saved(report.get_by_role("link", name="Drive as WAV")))
+    assert rate == 8000
+    assert len(drive) / rate == pytest.approx(2, abs=0.05)
+    assert 0.01 < np.abs(drive).max() <= 5  # V
+    assert np.argmax(np.abs(np.fft.rfft(drive))) * rate / len(drive) == pytest.approx(HUM_HZ, abs=2)
+    with step("and to a driver chip"):
+        page.get_by_role("combobox", name="Display").click()
+        page.get_by_role("option", name="lra-drv2605").click()
+        page.get_by_role("button", name="Fit to the display").click()
+        report.get_by_text("Linear resonant actuator").first.wait_for()
+        file = saved(report.get_by_role("link", name="CSV"))
+    values = strengths(file)
+    assert len(values) == pytest.approx(1000, abs=50)  # 2 s at 500 Hz
+    assert 60 < np.abs(values).max() <= 127
