@@ -154,7 +154,7 @@ class PreviewView:
                 with ui.row().classes("gap-2"):
                     for pattern in (remedy.value for remedy in facts["question"].remedies if remedy.value):
                         button = ui.button(pattern, on_click=partial(self._answer, pattern))
-                        button.props("outline dense no-caps")
+                        button.props("outline no-caps")
             elif facts["proposed_path"]:
                 kit.hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
             for note in facts["notes"]:
