@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import soundfile
+from PIL import Image as Pillow
 
 from tactogram.evaluation.report import (
     ReportFigure,
@@ -56,6 +57,18 @@ def test_a_report_is_self_contained(tmp_path):
     spectrum = np.abs(np.fft.rfft(samples))
     assert np.argmax(spectrum) / 2 == 50  # the axis with the vibration, without gravity
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_figure_named_as_a_file_is_beside_the_page(tmp_path):
+    figures = [
+        ReportFigure(signal_figure(stroke())),
+        ReportFigure(lambda: signal_figure(stroke()), file="b.png"),
+    ]
+    sections = [ReportSection("One", figures)]
+    write_report(tmp_path / "r.html", title="t", summary="s", simulated=False, sections=sections)
+    assert {path.name for path in tmp_path.iterdir()} == {"r.html", "b.png"}
+    with Pillow.open(tmp_path / "b.png") as picture:
+        assert picture.width > 500
 
 
 def test_real_data_is_not_called_simulated(tmp_path):

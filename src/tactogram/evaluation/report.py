@@ -38,10 +38,14 @@ class ReportTable:
 
 @dataclass(frozen=True)
 class ReportFigure:
-    """A figure with a caption; one given by a function is drawn when the page is written, and not kept."""
+    """A figure with a caption; one given by a function is drawn when the page is written, and not kept.
+
+    Named in ``file`` it is also written beside the page, as PNG.
+    """
 
     figure: Figure | Callable[[], Figure]
     caption: str = ""
+    file: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,6 +88,9 @@ def write_report(
         simulated=SIMULATED if simulated is True else simulated,
         sections=[(s.title, [_render(block) for block in s.blocks]) for s in sections],
     )
+    for block in (block for section in sections for block in section.blocks):
+        if isinstance(block, ReportFigure) and block.file:
+            save_figure(path.with_name(block.file), _drawn(block))
     write_text(path, text)
     return path
 
@@ -104,8 +111,7 @@ def _render(block: Block) -> dict[str, object]:
         return {"kind": "table", **facts}
     if isinstance(block, ReportFigure):
         picture = io.BytesIO()
-        figure = block.figure if isinstance(block.figure, Figure) else block.figure()
-        figure.savefig(picture, format="png", dpi=130)
+        _drawn(block).savefig(picture, format="png", dpi=130)
         data = base64.b64encode(picture.getvalue()).decode()
         return {"kind": "picture", "data": data, "caption": block.caption}
     return {
@@ -113,6 +119,10 @@ def _render(block: Block) -> dict[str, object]:
         "data": base64.b64encode(wav_bytes(block.signal)).decode(),
         "caption": block.caption,
     }
+
+
+def _drawn(block: ReportFigure) -> Figure:
+    return block.figure if isinstance(block.figure, Figure) else block.figure()
 
 
 def _cell(value: object) -> tuple[str, bool]:

@@ -45,6 +45,8 @@ def test_what_cannot_be_is_refused(run, textures, tmp_path):
         export(run.folder, to="c", out=out, material="cork")
     with pytest.raises(ParameterError, match="material must be one of cork, foam, tile, wool, got 'glass'"):
         export(textures.folder, to="c", out=out, material="glass")
+    with pytest.raises(ParameterError, match="the suffix of a header, but to='zip'; give `to=c`"):
+        export(textures.folder, out=out)
     with pytest.raises(ParameterError, match="force_n is unknown"):
         export(textures.folder, to="c", out=out, material="cork", force=1.0)
     with pytest.raises(ParameterError, match="material must be omitted with to='onnx'"):

@@ -1,4 +1,4 @@
-"""Journeys: what five kinds of newcomers do first, as they would, with the time that each step took.
+"""Journeys: what newcomers do first, at the command line or in the studio, with the time that each step took.
 
 `pytest packages/tactogram-studio/tests/journeys -s` prints the times; nothing depends on them.
 """
@@ -53,3 +53,30 @@ def tactogram(tmp_path):
         return done.stdout + done.stderr
 
     return run
+
+
+@pytest.fixture
+def page(browser, served, watched, tmp_path):
+    """Give a page of a studio that was started in the empty folder ``studio``."""
+    folder = tmp_path / "studio"
+    folder.mkdir()
+    arguments = ("studio", "--port", "0", "--no-open", "--folder", ".")
+    with served(*arguments, folder=folder, prefix="studio: ") as (_, address):
+        context = browser.new_context(base_url=address, viewport={"width": 1440, "height": 900})
+        with watched(context, address) as opened:
+            yield opened
+        context.close()
+
+
+@pytest.fixture
+def saved(page, tmp_path):
+    """Give a function that presses what downloads a file, and returns the file."""
+
+    def save(press):
+        with page.expect_download() as download:
+            press.click()
+        file = tmp_path / download.value.suggested_filename
+        download.value.save_as(file)
+        return file
+
+    return save

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import partial, reduce
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -23,14 +23,7 @@ from tactogram.datasets.splits.split import By
 from tactogram.errors import ParameterError, Remedy
 from tactogram.evaluation.classification import ClassificationResult, evaluate_classifier
 from tactogram.evaluation.figures import confusion_figure
-from tactogram.evaluation.report import (
-    ReportFigure,
-    ReportSection,
-    ReportTable,
-    ReportText,
-    save_figure,
-    write_report,
-)
+from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Kind, Model, ModelConfig
 from tactogram.recipe import Recipe, run_id
 from tactogram.signal.io.atomic import check_writable, write_text
@@ -39,10 +32,6 @@ from tactogram.training.loop import run_training
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import TrainingRequest, block_splits, labelled, make_split, select
 from tactogram.workflows.workers.tasks import kept_values
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 CONFUSION = "Share of the windows of each true class (row) that were answered so (column), as in Table I of the paper."
 
@@ -103,7 +92,7 @@ def crossval_classifier(request: CrossvalRequest, progress: ProgressCallback = s
     }
     folder.mkdir(parents=True, exist_ok=True)
     figures["report"] = str(_report(folder / "report.html", figures, result))
-    write_results(folder, figures, "confusion.png", confusion_figure(result.windows, result.materials))
+    write_text(folder / "crossval.json", json.dumps(figures, indent=1) + "\n")
     return figures
 
 
@@ -204,6 +193,8 @@ def _splits(setup: CrossvalSetup) -> tuple[list[Split], str]:
 def _report(path: Path, figures: Mapping[str, Any], result: ClassificationResult) -> Path:
     low, high = result.recording_interval
     data = figures["data"]
+    title = "Simulated data" if data["simulated"] else ""
+    confusion = confusion_figure(result.windows, result.materials, title=title)
     summary = (
         f"{figures['model']} on {data['name']}: {100 * result.recording_accuracy:.1f} % of recordings "
         f"(95 % interval {100 * low:.1f}–{100 * high:.1f} %) and {100 * result.window_accuracy:.1f} % of "
@@ -223,9 +214,7 @@ def _report(path: Path, figures: Mapping[str, Any], result: ClassificationResult
         summary=summary,
         simulated=data["simulated"],
         sections=[
-            ReportSection(
-                "Confusion", [ReportFigure(confusion_figure(result.windows, result.materials), CONFUSION)]
-            ),
+            ReportSection("Confusion", [ReportFigure(confusion, CONFUSION, file="confusion.png")]),
             ReportSection(
                 "Classes and folds",
                 [
@@ -286,9 +275,3 @@ class CrossvalSetup:
         learner = self.facts.build(self.config, kind, seed=seed)
         learner.setup(make_fabric(self.recipe.training, accelerator=self.request.accelerator))
         return learner
-
-
-def write_results(folder: Path, figures: Mapping[str, Any], image: str, figure: Figure) -> None:
-    """Write ``crossval.json`` and an image of the results."""
-    save_figure(folder / image, figure)
-    write_text(folder / "crossval.json", json.dumps(figures, indent=1) + "\n")

@@ -26,9 +26,9 @@ def evaluate(
 ) -> dict[str, Any]:
     """Evaluate a run on recordings that it was not trained on.
 
-    ``evaluation.json`` and ``report.html`` are written into the run. Classes of other ``data`` are matched by name. A
-    generator of signals conditioned on words needs ``rater``; one of images is otherwise only measured by differences
-    of its images.
+    ``evaluation.json``, ``report.html`` and of a classifier ``confusion.png`` are written into the run. Classes of
+    other ``data`` are matched by name. A generator of signals conditioned on words needs ``rater``; one of images is
+    otherwise only measured by differences of its images.
 
     Parameters
     ----------

@@ -19,8 +19,9 @@ from tactogram.evaluation.ratings.prediction import PredictedRatings, prediction
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
 from tactogram.recipe import run_id
+from tactogram.signal.io.atomic import write_text
 from tactogram.training.loop import run_training
-from tactogram.workflows.evaluation.classifier_crossval import CrossvalRequest, CrossvalSetup, write_results
+from tactogram.workflows.evaluation.classifier_crossval import CrossvalRequest, CrossvalSetup
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.rated_examples import RatingData
 from tactogram.workflows.workers.tasks import kept_values
@@ -89,9 +90,8 @@ def crossval_ratings(request: CrossvalRequest, progress: ProgressCallback = sile
         "data": {"name": store.name, "sha256": store.sha256, "simulated": store.simulated},
     }
     folder.mkdir(parents=True, exist_ok=True)
-    title = "Simulated raters" if store.simulated else ""
     figures["report"] = str(_report(folder / "report.html", predictions, figures))
-    write_results(folder, figures, "words.png", prediction_figure(predictions, figures, title=title))
+    write_text(folder / "crossval.json", json.dumps(figures, indent=1) + "\n")
     return figures
 
 
@@ -297,8 +297,11 @@ def _report(path: Path, predictions: PredictedRatings, figures: Mapping[str, Any
                 [
                     words_table(figures),
                     ReportFigure(
-                        prediction_figure(predictions, figures),
+                        prediction_figure(
+                            predictions, figures, title="Simulated raters" if data["simulated"] else ""
+                        ),
                         "Bars: standard deviation over repetitions. Right: each dot an item and word.",
+                        file="words.png",
                     ),
                 ],
             ),

@@ -130,7 +130,8 @@ def _evaluated_on_recordings(
         results |= published
         sections += more
     else:
-        results, sections = _evaluated_classifier(loaded, known, others, progress)
+        title = "Simulated data" if figures["data"]["simulated"] or loaded.simulated else ""
+        results, sections = _evaluated_classifier(loaded, known, others, title, progress)
     return figures | results, sections + _training_section(loaded)
 
 
@@ -238,13 +239,17 @@ def _trained_on(loaded: LoadedRun) -> Examples:
 
 
 def _evaluated_classifier(
-    loaded: LoadedRun, known: Sequence[Example], unknown: Sequence[Example], progress: ProgressCallback
+    loaded: LoadedRun,
+    known: Sequence[Example],
+    unknown: Sequence[Example],
+    title: str,
+    progress: ProgressCallback,
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     done = iter(range(1, len(known) + 1))
     result = evaluate_classifier(
         loaded.classifier, known, on_example=lambda: progress("judge", next(done), len(known))
     )
-    figures, sections = result.as_dict(), [_accuracy(result)]
+    figures, sections = result.as_dict(), [_accuracy(result, title)]
     if (loaded.run.folder / "search.json").is_file():
         figures["none_of_these"] = _evaluated_rejection(loaded, known, unknown)
         sections.append(_rejection(figures["none_of_these"]))
@@ -276,7 +281,7 @@ def _evaluated_rejection(
     return facts
 
 
-def _accuracy(result: ClassificationResult) -> ReportSection:
+def _accuracy(result: ClassificationResult, title: str) -> ReportSection:
     low, high = result.recording_interval
     rows = [
         ("recordings", result.recording_accuracy, f"{low:.3f} – {high:.3f}", int(result.recordings.sum())),
@@ -289,8 +294,9 @@ def _accuracy(result: ClassificationResult) -> ReportSection:
         note += f" Of {right:.1f} % of the recordings the right class is a candidate (95 %), of {number:.1f} each."
     table = ReportTable(("classified correctly", "share", "95 % interval", "of"), rows, note)
     picture = ReportFigure(
-        confusion_figure(result.windows, result.materials),
+        confusion_figure(result.windows, result.materials, title=title),
         "Share of the windows of each true class (row) that were answered so (column).",
+        file="confusion.png",
     )
     return ReportSection("Classification", [table, picture])
 

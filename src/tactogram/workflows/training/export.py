@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from annotated_types import Ge
 
-from tactogram.errors import ParameterError, RunError, one_line
+from tactogram.errors import ParameterError, Remedy, RunError, one_line
 from tactogram.extras import imported
 from tactogram.parameters import checked
 from tactogram.workflows.progress import ProgressCallback, silent
@@ -94,6 +94,8 @@ def export(
     for name, (default, form) in OPTIONS.items():
         if options[name] != default and to != form:
             raise ParameterError(f"{name} must be omitted with to={to!r}: it is for {form}")
+    if to != "c" and Path(out).suffix == ".h":
+        raise ParameterError(out, f"the suffix of a header, but to={to!r}", remedy=Remedy("give", "to", "c"))
     if to == "onnx":
         return export_onnx(run, out, progress=progress)
     if to == "c":

@@ -31,7 +31,7 @@ def _interrupt_on_sigterm() -> Iterator[None]:
 def _stream_text(result: dict[str, Any]) -> str:
     from tactogram_playback.workflows.stream import latency_lines
 
-    of = " (simulated)" if result["simulated"] else ""
+    of = " (simulated)" if result["textures_simulated"] else ""
     lines = [f"{', '.join(result['textures'])}{of}: {result['seconds']:g} s to {result['backend']}"]
     lines += latency_lines(result)
     lines += [f"{name}: {result[name]}" for name in ("file", "figure") if name in result]

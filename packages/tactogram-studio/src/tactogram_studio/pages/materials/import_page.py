@@ -67,7 +67,7 @@ class ImportPage:
         for name, value in {"material_from": "folder", "options": "", "layouts": [], "mapping": ""}.items():
             self.values.setdefault(name, value)
         self.settings = ImportSettings(workspace, folder, self.values)
-        self.preview = PreviewView(self.settings)
+        self.preview = PreviewView(self.settings, self._answer)
 
     async def draw(self) -> None:
         """Draw the page, and begin the preview."""
@@ -138,6 +138,9 @@ class ImportPage:
             self.preview.problem.text = str(error)
             return
         self._set_and_reload(mapping=name, layouts=[layout.model_dump(mode="json") for layout in layouts])
+
+    def _answer(self, pattern: str) -> None:
+        self._set_and_reload(options=f"{self.values['options'] or ''} path={pattern}".strip())
 
     def _set_and_reload(self, **values: Any) -> None:
         self.values.update(values)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -31,10 +31,10 @@ class _SupersededError(Exception):
 
 
 class PreviewView:
-    """Preview of a folder, read again whenever its settings change."""
+    """Preview of a folder, read again whenever its settings change; ``answer`` takes a pattern of its paths."""
 
-    def __init__(self, settings: ImportSettings) -> None:
-        self.settings = settings
+    def __init__(self, settings: ImportSettings, answer: Callable[[str], None]) -> None:
+        self.settings, self._answer = settings, answer
         self.facts: dict[str, Any] = {}
         self._generation = 0
         self._cards: list[LayoutCard] = []
@@ -151,6 +151,10 @@ class PreviewView:
             kit.hint(", ".join(listed)).style("overflow-wrap: anywhere")
             if facts["question"]:
                 ui.label(self._short(facts["question"])).classes("text-negative")
+                with ui.row().classes("gap-2"):
+                    for pattern in (remedy.value for remedy in facts["question"].remedies if remedy.value):
+                        button = ui.button(pattern, on_click=partial(self._answer, pattern))
+                        button.props("outline no-caps")
             elif facts["proposed_path"]:
                 kit.hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
             for note in facts["notes"]:
