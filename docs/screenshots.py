@@ -191,12 +191,6 @@ def joined(page: Page, language: str) -> None:
     save(page, f"participant-joined-{language}")
     page.wait_for_selector(".code-block")
     page.tap("button.primary")
-    page.wait_for_timeout(500)
-    if page.locator("form.page").count() == 0:  # the screen is measured by a card first
-        page.locator("[role=slider]").focus()
-        page.keyboard.press("ArrowRight")
-        save(page, "participant-card")
-        page.tap("button.primary")
     page.wait_for_selector("form[data-token=consent]")
     answered(page, "agreed")
 
@@ -208,6 +202,16 @@ def answered(page: Page, value: str = "") -> None:
         page.locator("label", has=page.locator(f'input[value="{value}"]')).first.tap()
     page.wait_for_timeout(400)
     page.tap(".foot button")
+    page.wait_for_selector(f'form.page:not([data-token="{token}"]), .card-frame, .sound-test')
+    if page.locator(".card-frame").count():  # the screen is measured before the first size in millimetres
+        page.locator("[role=slider]").focus()
+        page.keyboard.press("ArrowRight")
+        save(page, "participant-card")
+        page.tap("button.primary")
+        page.wait_for_selector(".sound-test")
+    if page.locator(".sound-test").count():
+        page.wait_for_timeout(400)
+        page.tap(".moment > button.primary")
     page.wait_for_selector(f'form.page:not([data-token="{token}"])')
 
 

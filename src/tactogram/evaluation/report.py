@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -18,6 +19,12 @@ from tactogram.signal.listening import wav_bytes
 
 SIMULATED = "Simulated data: made by formulas, not recorded from real surfaces."
 
+EMPTY = "–"
+NUMERIC = re.compile(rf"{EMPTY}|[±<\N{{MINUS SIGN}} ]*[\d,]*\.?\d+(e.\d+)?( %)?")
+"""Cells of a column that is right-aligned."""
+HYPHENS = re.compile(r"(?<![\w-])-(?=\.?\d)")
+"""Hyphens in place of a minus sign."""
+
 
 @dataclass(frozen=True)
 class ReportText:
@@ -28,7 +35,7 @@ class ReportText:
 
 @dataclass(frozen=True)
 class ReportTable:
-    """A table; numbers are right-aligned. With a title in ``folded`` it is collapsed under that title."""
+    """A table; columns of numbers are right-aligned. With a title in ``folded`` it is collapsed under that title."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[object]]
@@ -107,7 +114,9 @@ def _render(block: Block) -> dict[str, object]:
         return {"kind": "text", "text": block.text}
     if isinstance(block, ReportTable):
         rows = [[_cell(value) for value in row] for row in block.rows]
-        facts = {"header": block.header, "rows": rows, "caption": block.caption, "folded": block.folded}
+        numeric = [all(NUMERIC.fullmatch(text) for text in column) for column in zip(*rows, strict=True)]
+        columns = list(zip(block.header, numeric or [False] * len(block.header), strict=True))
+        facts = {"columns": columns, "rows": rows, "caption": block.caption, "folded": block.folded}
         return {"kind": "table", **facts}
     if isinstance(block, ReportFigure):
         picture = io.BytesIO()
@@ -125,9 +134,8 @@ def _drawn(block: ReportFigure) -> Figure:
     return block.figure if isinstance(block.figure, Figure) else block.figure()
 
 
-def _cell(value: object) -> tuple[str, bool]:
+def _cell(value: object) -> str:
     if value is None:
-        return "–", False
-    if isinstance(value, float):
-        return f"{value:.3g}", True
-    return str(value), isinstance(value, int)
+        return EMPTY
+    text = f"{value:.3g}" if isinstance(value, float) else str(value)
+    return HYPHENS.sub("\N{MINUS SIGN}", text)

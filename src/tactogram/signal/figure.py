@@ -85,7 +85,7 @@ def signal_figure(
 
 def unit_text(unit: str) -> str:
     """Return a unit in typographic form."""
-    return {"m/s^2": "m/s²", "1": "(ratio)"}.get(unit, unit)
+    return {"m/s^2": "m/s²", "1": "no unit"}.get(unit, unit)
 
 
 def _edges(middles: NDArray[np.float64], step: float) -> NDArray[np.float64]:

@@ -42,7 +42,17 @@ APPEARANCES: dict[str, tuple[str, bool | None]] = {
     "dark": ("Dark", True),
 }
 """Titles of the appearances, and whether they are dark; stored for each browser."""
-HEAD = '<link rel="stylesheet" href="/static/studio.css"><script type="module" src="/static/sliders.js"></script>'
+for field in (ui.input, ui.number, ui.textarea):
+    field.default_props("outlined dense")
+ui.select.default_props("outlined dense options-dense")
+ui.button.default_props("unelevated")
+ui.toggle.default_props("unelevated")
+ui.expansion.default_props("dense")
+ui.tabs.default_props("align=left dense")
+HEAD = (
+    '<link rel="stylesheet" href="/static/studio.css"><script type="module" src="/static/sliders.js"></script>'
+    '<script type="module" src="/static/drop.js"></script>'
+)
 
 
 def route(address: str) -> ui.page:

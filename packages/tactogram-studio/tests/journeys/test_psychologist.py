@@ -115,6 +115,8 @@ def test_a_study_of_her_own_is_made_previewed_begun_taken_and_exported(
         later(participant, ".moment button.primary")
         participant.locator('label:has(input[value="agreed"])').click()
         later(participant, ".foot button")
+        participant.locator(".sound-test").wait_for()
+        later(participant, ".moment > button.primary")
         for number in (1, 2):
             answer_trial(participant, number)
         tab.get_by_role("row", name="K7").get_by_text("trial 3 of 5").wait_for()

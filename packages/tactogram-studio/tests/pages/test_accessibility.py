@@ -9,9 +9,12 @@ from matplotlib.figure import Figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportSound, ReportTable, write_report
 from tactogram.signal import Signal
 from tactogram_study.study_file import shipped_studies
+from tactogram_study.workflows.analysis import analyse_study
+from tactogram_study.workflows.sessions import simulate_study
 
 STORE = "studio/first/surfaces"
 RUN = "studio/first/voices"
+SESSION = "sessions/done"
 PAGES = {
     "home": "/",
     "make": "/make",
@@ -23,7 +26,7 @@ PAGES = {
     "import": "/materials/import",
     "train": "/train",
     "run": f"/train/watch?run={RUN}",
-    "compare": f"/train/compare?runs={RUN}&runs=runs/second",
+    "compare": f"/train/compare?run={RUN}&run=runs/second",
     "send": "/send",
     "live": "/live",
     "studies": "/studies",
@@ -34,11 +37,13 @@ PAGES = {
 
 
 @pytest.fixture(scope="module", autouse=True)
-def second_run_and_own_study(workspace):
-    """Add a run to compare with, and a study to edit."""
+def second_run_own_study_and_analysed_session(workspace):
+    """Add a run to compare with, a study to edit, and a session with a report."""
     shutil.copytree(workspace / RUN, workspace / "runs/second")
     (workspace / "studies").mkdir()
     shutil.copy(shipped_studies()["image-words"], workspace / "studies/mine.toml")
+    simulate_study("two-area", workspace / SESSION, participants=3, changes={"design.repeats": 1})
+    analyse_study(workspace / SESSION, workspace / SESSION / "analysis", draws=100, figures=False)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
@@ -51,6 +56,10 @@ def test_no_rule_is_broken(name, scheme, tab, faults):
         tab.wait_for_selector("#live-traces[data-drawn='1']")
     else:
         tab.wait_for_load_state("networkidle")
+    if name == "studies":
+        assert tab.get_by_role("link", name=f"Open the report of {SESSION}").count() == 1
+    if name == "compare":
+        tab.get_by_role("cell", name="ar_texture").first.wait_for()
     if name == "absent":
         tab.wrong.clear()  # the browser logs the status 404
     assert tab.locator(f".body--{scheme}").count() == 1
@@ -118,4 +127,13 @@ def test_no_rule_is_broken_by_a_report(scheme, tab, faults, tmp_path):
     tab.emulate_media(color_scheme=scheme)
     tab.set_content(path.read_text(encoding="utf-8"))
     assert tab.get_by_role("main").get_by_role("heading", name="Shares").count() == 1
+    assert faults(tab) == []
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_is_broken_by_the_report_of_a_study(scheme, tab, faults, workspace):
+    tab.emulate_media(color_scheme=scheme)
+    tab.set_content((workspace / SESSION / "analysis/report.html").read_text(encoding="utf-8"))
+    tab.evaluate("document.querySelectorAll('details').forEach((folded) => (folded.open = true))")
+    assert tab.get_by_role("columnheader", name="95 % interval").first.is_visible()
     assert faults(tab) == []

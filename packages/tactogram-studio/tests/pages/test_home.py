@@ -72,7 +72,7 @@ def test_a_surface_in_words_is_made_at_once(tab):
     with tab.expect_download() as download:
         tab.get_by_role("button", name=re.compile("Download wet lego bricks")).click()
         tab.get_by_role("menuitem", name="WAV", exact=True).click()
-    assert download.value.suggested_filename == "wet-lego-bricks-studded-plastic-seed-0.wav"
+    assert download.value.suggested_filename == "wet-lego-bricks-studded-plastic-seed-0-listening.wav"
 
 
 def test_an_effect_in_words_is_opened_to_edit(tab):

@@ -174,13 +174,22 @@ def _agree(page):
     _answer(page, {"consent": "agreed"})
 
 
-def _answer(page, answers, next_token=None):
-    """Choose answers by touch and go on when the page lets one."""
-    token = page.get_attribute("form.page", "data-token")
+def _send(page, answers):
+    """Choose answers by touch and send them when the page lets one."""
     for key, value in answers.items():
         page.locator(f'[data-key="{key}"] label', has=page.locator(f'input[value="{value}"]')).tap()
     _later(page)
     page.tap(".foot button")
+
+
+def _answer(page, answers, next_token=None):
+    """Send answers and go on, past the check of the sound."""
+    token = page.get_attribute("form.page", "data-token")
+    _send(page, answers)
+    page.wait_for_selector(f'form.page:not([data-token="{token}"]), .moment')
+    if page.locator(".sound-test").count():
+        _later(page)
+        page.tap(".moment > button.primary")
     if next_token is None:
         page.wait_for_selector(f'form.page:not([data-token="{token}"]), .moment .code')
     else:
@@ -430,9 +439,35 @@ def test_intervals_numbers_pairs_and_evoked_words(person, studies):
     assert {row.answer for row in studies.answers("evoked") if row.design == "evoked"} == {"not evoked"}
 
 
+def _reach_card(page):
+    """Agree and answer the questions before the first trial of two areas."""
+    _agree(page)
+    _send(page, {"hand": "left"})
+    page.wait_for_selector(".card-frame")
+
+
+def test_a_tone_is_offered_after_consent_and_before_the_first_sound(person, faults):
+    page = person("abx", language="en", kept=False)
+    page.wait_for_selector("form[data-token=consent]")
+    _send(page, {"consent": "agreed"})
+    page.get_by_role("heading", name="Check the sound").wait_for()  # without a card: no size is shown
+    assert faults(page) == []
+    page.evaluate(
+        """() => { const { start } = AudioBufferSourceNode.prototype;
+        AudioBufferSourceNode.prototype.start = function (...times) {
+          window.peak = Math.max(...this.buffer.getChannelData(0));
+          return start.apply(this, times); }; }"""
+    )
+    page.get_by_role("button", name="Play", exact=True).tap()
+    assert page.evaluate("() => window.peak") == pytest.approx(0.1, rel=1e-3)
+    _later(page)
+    page.get_by_role("button", name="Continue").tap()
+    page.wait_for_selector("form[data-token='trial-1.1']")
+
+
 def test_a_card_held_to_the_screen_tells_pixels_for_each_mm(person, studies):
     page = person("two_area", kept=False)
-    page.wait_for_selector(".card-frame")
+    _reach_card(page)
     assert page.is_disabled(".card-page .primary")
     frame, ground = (page.locator(one).bounding_box() for one in (".card-frame", ".card-ground"))
     x, y = ground["x"] + 40, ground["y"] + 60
@@ -444,7 +479,7 @@ def test_a_card_held_to_the_screen_tells_pixels_for_each_mm(person, studies):
     page.keyboard.press("ArrowRight")
     page.keyboard.press("ArrowLeft")
     page.tap(".card-page .primary")
-    page.wait_for_selector("form.page")
+    page.wait_for_selector(".sound-test")
     kept = json.loads(page.evaluate("() => localStorage.getItem('tactogram.screen')"))
     assert kept["px_per_mm"] == pytest.approx(6, abs=0.02)
 
@@ -461,12 +496,8 @@ def test_pages_are_in_the_language_of_the_browser_or_the_studys_first(
     locale, language, title, word, person, faults
 ):
     page = person("languages", language=None, viewport=PHONE, locale=locale, kept=False)
-    page.wait_for_selector(".card-frame")
-    assert page.locator("#head option").all_text_contents() == ["Deutsch", "中文", "English"]
-    page.focus(".card-handle")
-    page.keyboard.press("ArrowRight")
-    page.tap(".card-page .primary")
     page.wait_for_selector("form[data-token=consent]")
+    assert page.locator("#head option").all_text_contents() == ["Deutsch", "中文", "English"]
     assert page.title() == title
     _agree(page)
     page.wait_for_selector("form[data-token='trial-1.1']")
@@ -477,14 +508,14 @@ def test_pages_are_in_the_language_of_the_browser_or_the_studys_first(
 
 
 def test_another_language_on_the_page_of_the_card_asks_for_the_card_again(person):
-    page = person("abx", kept=False)
-    page.wait_for_selector(".card-frame")
+    page = person("two_area", kept=False)
+    _reach_card(page)
     page.select_option("#head select", "en")
     page.get_by_role("heading", name="Adjust to the size of your screen").wait_for()
     page.focus(".card-handle")
     page.keyboard.press("ArrowRight")
     page.get_by_role("button", name="It fits").click()
-    page.wait_for_selector("form[data-token=consent]")
+    page.get_by_role("heading", name="Check the sound").wait_for()
     assert page.evaluate("() => localStorage.getItem('tactogram.screen')") is not None
 
 
@@ -513,18 +544,16 @@ def test_a_page_can_be_zoomed_and_the_zoom_is_recorded(person, studies):
     "study", ["two_area", "abx", "staircase", "magnitude", "pairwise", "rating", "evoked"]
 )
 def test_no_rule_of_accessibility_is_broken(study, scheme, person, faults):
-    page = person(study, language="en", kept=study != "abx")
+    page = person(study, language="en", kept=study != "two_area")
     page.emulate_media(color_scheme=scheme)
-    if study == "abx":
-        page.wait_for_selector(".card-frame")
-        assert faults(page) == []
-        page.focus(".card-handle")
-        page.keyboard.press("ArrowRight")
-        page.get_by_role("button", name="It fits").click()
     page.wait_for_selector("form[data-token=consent]")
     assert faults(page) == []
     _agree(page)
     assert faults(page) == []
+    if study == "two_area":
+        _send(page, {"hand": "left"})
+        page.wait_for_selector(".card-frame")
+        assert faults(page) == []
 
 
 def test_who_goes_on_by_code_is_where_they_were_and_who_declines_is_asked_nothing(person, studies):

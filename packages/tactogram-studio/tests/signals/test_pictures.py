@@ -31,7 +31,7 @@ def test_each_axis_has_its_row_on_the_same_scale():
 
     options = waveform_options(traits_of(signal))
 
-    assert [axis["name"] for axis in options["yAxis"]] == ["a N", "b N"]
+    assert [axis["name"] for axis in options["yAxis"]] == ["a, N", "b, N"]
     assert {axis["max"] for axis in options["yAxis"]} == {0.5}
     assert max(options["dataset"][0]["source"]["v"]) == pytest.approx(0.3, rel=1e-3)
 

@@ -117,7 +117,7 @@ def test_no_threshold_is_drawn_where_none_is_known(unit):
 
     assert [one["name"] for one in spectrum_options(traits_of(signal))["series"]] == ["level"]
     note, felt = threshold_note(signal)
-    assert note.startswith("No detection threshold is known in")
+    assert note.startswith("No detection threshold is known")
     assert felt
     assert threshold_note(sine(250, 0.0, unit=unit)) == ("The signal is silent: it cannot be felt.", False)
 

@@ -311,4 +311,4 @@ def _rejection(facts: dict[str, Any]) -> ReportSection:
         "A recording too far from the nearest known one for that one's material is “none of these”. "
         + calibration_text(facts["calibrated_on"])
     )
-    return ReportSection("None of these", [ReportText(text), ReportTable(("", "share", "of"), rows)])
+    return ReportSection("None of these", [ReportText(text), ReportTable(("outcome", "share", "of"), rows)])

@@ -152,7 +152,7 @@ def evaluate_rated_surfaces(
     rows += [(n, value, None, "–") for n, value in figures["beside"].items()]
     blocks: list[Any] = [
         ReportTable(
-            ("", "mean absolute error", "SE", "surfaces"),
+            ("condition", "mean absolute error", "SE", "surfaces"),
             rows,
             f"Points of the scale, rated by {told_by}. If it was trained on the display signals, its scores of "
             f"{NEAREST!r}, or of a copy, are closer than those of an unknown signal.",

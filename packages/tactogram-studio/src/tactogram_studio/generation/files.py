@@ -17,7 +17,7 @@ from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_image, write_signal
 from tactogram.workflows import SIGNAL_FORMATS, convert, list_formats
 from tactogram_studio.signals.sound import LISTENING, PLAYBACK_MM_S, listening_name, sound_of, sound_text
-from tactogram_studio.signals.traits import unit_of
+from tactogram_studio.signals.traits import unit_text
 from tactogram_studio.workspace.commands import stem_of
 from tactogram_studio.workspace.shelf import KeptResult
 from tactogram_studio.workspace.uploads import check_upload, read_uploaded_image, safe_name
@@ -89,7 +89,7 @@ def downloads(result: KeptResult) -> dict[str, dict[str, str]]:
     """Return the titles of the formats of a result by name, by what they are for."""
     signal = result.signal()
     per = "Hz" if signal.domain == "time" else "per mm"
-    stated = f"{unit_of(signal)}, {signal.rate:,.6g} {per}, axes {', '.join(signal.axes)}"
+    stated = f"{unit_text(signal.unit)}, {signal.rate:,.6g} {per}, axes {', '.join(signal.axes)}"
     return {
         f"For listening: {LISTENING}": {FOR_LISTENING: "WAV"},
         f"For an actuator or analysis, as it is: {stated}": {name: name.upper() for name in SIGNAL_FORMATS}

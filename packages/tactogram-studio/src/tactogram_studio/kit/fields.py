@@ -193,15 +193,12 @@ def declared_field(field: Declared, label: str, value: Any, change: Callable[[An
         titles = field.choices if isinstance(field.choices, Mapping) else {key: key for key in field.choices}
         other = {} if value in titles else {value: "none" if value is None else str(value)}
         options = other | dict(titles)
-        widget: Any = ui.select(
-            options, label=label, value=value, on_change=lambda event: change(event.value)
-        )
-        return widget.props("dense options-dense")
+        return ui.select(options, label=label, value=value, on_change=lambda event: change(event.value))
     if field.widget in ("integer", "number"):
-        widget = NumberField(label, value=value, format="%.10g")
+        widget: Any = NumberField(label, value=value, format="%.10g")
     else:
         widget = ui.input(label, value=value or "")
-    return widget.on_value_change(lambda event: change(event.value)).props("dense debounce=300")
+    return widget.on_value_change(lambda event: change(event.value)).props("debounce=300")
 
 
 def file_field(
@@ -279,7 +276,7 @@ def option_choice(
     value = last if last in options else None
     select = ui.select(dict(options), label=label, value=value, with_input=len(options) > 12)
     select.on_value_change(lambda event: take(event.value) if event.value else None)
-    return select.props("dense options-dense").classes("w-full")
+    return select.classes("w-full")
 
 
 @cache

@@ -41,7 +41,7 @@ class ParameterFields:
         for name, (option, label) in self._parameters.items():
             field = ui.input(label, placeholder=(examples or {}).get(name, ""))
             field.set_value(str(self._entries.get(name) or ""))
-            field.on_value_change(partial(self._store, name)).props("dense").classes(classes)
+            field.on_value_change(partial(self._store, name)).classes(classes)
             field.props('inputmode="decimal"' if option.annotation in NUMBERS else "").tooltip(option.text)
 
     def values(self) -> dict[str, Any]:

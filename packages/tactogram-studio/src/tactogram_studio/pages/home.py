@@ -79,8 +79,8 @@ def draw_first_touch(studio: Studio) -> None:
                 placeholder="corduroy, cheese grater, heartbeat …",
                 autocomplete=[*materials, *effects()],
             )
-            field.classes("grow").props('outlined data-first="1"').on("keydown.enter", make)
-            ui.button("Make it", on_click=make).props("unelevated no-wrap").classes("first-button")
+            field.classes("grow").props('data-first="1"', remove="dense").on("keydown.enter", make)
+            ui.button("Make it", on_click=make).props("no-wrap").classes("first-button")
         offer = ui.row().classes("items-center")
         kit.hint(
             f"{len(materials)} simulated everyday materials, mixes of them, and {len(effects())} ready effects, "
@@ -92,7 +92,7 @@ def draw_first_touch(studio: Studio) -> None:
                 "Draw a photograph", draw, accept="image/*", refused=refused, marks="data-photograph"
             )
             width = kit.NumberField("Width that it shows, mm", value=WIDTH_MM)
-            width.classes("w-40").props("outlined dense")
+            width.classes("w-40")
             hint = kit.hint(
                 "Its brightness becomes a relief: a design, no prediction of how the material feels."
             )

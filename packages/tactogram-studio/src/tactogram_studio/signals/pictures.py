@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow
 
 from tactogram.signal import FELT_HZ, detection_threshold
-from tactogram_studio.signals.traits import WITH_THRESHOLD, SharedScales, SignalTraits, scales_of, unit_of
+from tactogram_studio.signals.traits import WITH_THRESHOLD, SharedScales, SignalTraits, scales_of, unit_text
 
 COLOURS = ("#2166ac", "#c0452f", "#3f7d1d", "#6d5fa8", "#9a4a04", "#555555")
 """For axes, in order; contrast at least 4.5:1 on white."""
@@ -57,7 +57,7 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
                 "max": top,
                 "interval": top,
                 "splitLine": GRID_LINES,
-                **_titled(f"{name} {unit_of(traits)}", 44),
+                **_titled(f"{name}, {unit_text(traits.unit)}", 44),
             }
         )
         # Two lists, not one per point: the server watches every list for changes.
@@ -152,7 +152,7 @@ def spectrum_options(traits: SignalTraits, *, others: Sequence[SignalTraits] = (
             "min": 10.0 ** math.floor(math.log10(bottom)),
             "max": 10.0 ** math.ceil(math.log10(top)),
             "splitLine": GRID_LINES,
-            **_titled(unit_of(traits), 46),
+            **_titled(unit_text(traits.unit), 46),
         },
         "series": series,
     }

@@ -26,7 +26,7 @@ MOMENT_S = 0.2
 """Length of the moments of which the strongest decides whether a signal is felt: about that of a tap with its decay."""
 BANDS_PER_DECADE = 10
 """Third octaves, base ten (IEC 61260-1)."""
-UNITS = {"m/s^2": "m/s²", "1": "(ratio)"}
+UNITS = {"m/s^2": "m/s²", "1": "no unit"}
 AT_ONCE = 2**20
 """Samples that are transformed at once, which limits memory for a long signal."""
 
@@ -131,9 +131,9 @@ def peak_of(signal: Signal) -> float:
     return float(np.abs(centred(signal)).max())
 
 
-def unit_of(signal: Signal | SignalTraits) -> str:
-    """Return the unit for pages, such as m/s²."""
-    return UNITS.get(signal.unit, signal.unit)
+def unit_text(unit: str) -> str:
+    """Return a unit for pages, such as m/s²."""
+    return UNITS.get(unit, unit)
 
 
 def threshold_note(signal: Signal) -> tuple[str, bool]:
@@ -146,7 +146,8 @@ def threshold_note(signal: Signal) -> tuple[str, bool]:
     if signal.domain != "time":
         return "A signal over displacement is felt at a speed only: no threshold is drawn.", True
     if signal.unit not in WITH_THRESHOLD:
-        return f"No detection threshold is known in {unit_of(signal)}.", True
+        unit = "without a unit" if signal.unit == "1" else f"in {unit_text(signal.unit)}"
+        return f"No detection threshold is known {unit}.", True
     level = sensation_level_db(signal)
     side = "above" if level >= 0 else "below"
     note = f"{abs(level):.0f} dB {side} the detection threshold (accurate to about {ACCURACY_DB:g} dB)."

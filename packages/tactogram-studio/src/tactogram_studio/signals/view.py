@@ -27,7 +27,7 @@ from tactogram_studio.signals.pictures import (
 )
 from tactogram_studio.signals.registry import SHOWN, ShownSignal, Source
 from tactogram_studio.signals.sound import NORMAL_PEAK, PLAYBACK_MM_S, common_gain, sound_of
-from tactogram_studio.signals.traits import SharedScales, SignalTraits, scales_of, unit_of
+from tactogram_studio.signals.traits import SharedScales, SignalTraits, scales_of, unit_text
 
 HEAD = '<link rel="stylesheet" href="/static/signals.css"><script type="module" src="/static/player.js"></script>'
 USUAL_AXES = 3
@@ -182,23 +182,23 @@ def draw_note(traits: SignalTraits) -> ui.label:
 
 def level_text(traits: SignalTraits) -> str:
     """Return level and length of a signal in a line."""
-    unit = unit_of(traits)
+    unit, unitless = (" ", " · no unit") if traits.unit == "1" else (f" {unit_text(traits.unit)} ", "")
     per = "Hz" if traits.domain == "time" else "per mm"
     extent = f"{traits.extent:.3g} {'s' if traits.domain == 'time' else 'mm'}"
     axes = f"axes {', '.join(traits.axes)}" if len(traits.axes) > 1 else f"axis {traits.axes[0]}"
     return (
-        f"{traits.rms:.3g} {unit} rms · {traits.peak:.3g} {unit} peak · "
+        f"{traits.rms:.3g}{unit}rms · {traits.peak:.3g}{unit}peak{unitless} · "
         f"{extent} at {traits.rate:,.6g} {per} · {axes}"
     )
 
 
 def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str) -> None:
-    unit = unit_of(shown.traits)
+    unit = unit_text(shown.traits.unit)
     address = f"/signals/{shown.key}/sound.wav" + ("" if gain is None else f"?gain={gain:.6g}")
     level = (
         f"normalised to a peak of {NORMAL_PEAK:g} of full scale"
         if gain is None
-        else f"{gain:.3g} of full scale per {unit}, like the others"
+        else f"{gain:.3g} of full scale per {unit.replace('no unit', '1')}, like the others"
     )
     if shown.traits.domain != "time":
         level += f", played at {PLAYBACK_MM_S:g} mm/s"
@@ -237,7 +237,7 @@ def draw_scale(top_db: float, unit: str, *, title: str = "") -> None:
     with ui.element("div").classes("scale"):
         kit.hint(f"{title} {top_db - RANGE_DB:.0f}")
         ui.element("span").props('aria-hidden="true"')
-        kit.hint(f"{top_db:.0f} dB re 1 {unit}")
+        kit.hint(f"{top_db:.0f} dB re 1 {unit}".removesuffix(" no unit"))
 
 
 def _spectrogram(shown: ShownSignal, scales: SharedScales, *, title: str) -> None:
@@ -254,4 +254,4 @@ def _spectrogram(shown: ShownSignal, scales: SharedScales, *, title: str) -> Non
             f'{scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"'
         )
         picture.classes("w-full")
-    draw_scale(scales.top_db, unit_of(shown.traits))
+    draw_scale(scales.top_db, unit_text(shown.traits.unit))

@@ -70,6 +70,23 @@ def test_what_a_study_could_show_is_calculated_and_nonsense_is_told(studies):
     assert all(0 <= float(cell) <= 1 for cell in cells[2:])
 
 
+def test_a_file_that_is_dropped_beside_the_field_is_taken(studies, workspace):
+    text = shipped_studies()["image-words"].read_text(encoding="utf-8")
+    tab = studies
+    tab.evaluate(
+        """text => {
+          const dataTransfer = new DataTransfer();
+          dataTransfer.items.add(new File([text], "dropped.toml"));
+          const init = { dataTransfer, bubbles: true, cancelable: true };
+          document.querySelector("h1").dispatchEvent(new DragEvent("dragover", init));
+          document.querySelector("h1").dispatchEvent(new DragEvent("drop", init));
+        }""",
+        text,
+    )
+    tab.locator('[data-study="studies/dropped.toml"]').wait_for()
+    assert (workspace / "studies/dropped.toml").read_text(encoding="utf-8") == text
+
+
 def test_a_study_file_is_added_and_one_that_is_wrong_is_refused(studies, workspace):
     tab = studies
     text = shipped_studies()["preference"].read_bytes()

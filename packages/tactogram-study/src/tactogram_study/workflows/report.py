@@ -112,7 +112,7 @@ def write_study_report(
         sections.append(
             ReportSection("Notes of the experimenter", [ReportTable(data.notes[0], data.notes[1])])
         )
-    caveats = [*CAVEATS, *(f"{note[0].upper()}{note[1:]}." for note in analysis.notes)]
+    caveats = [*CAVEATS, *(f"{_sentence(note)}." for note in analysis.notes)]
     sections.append(ReportSection("How to read this", [ReportText(line) for line in caveats]))
     about = " Practice trials, which do not count." if practice else ""
     return write_report(
@@ -147,13 +147,13 @@ def _about_simulated(row: Answer) -> bool:
 def _verdicts(analysis: StudyAnalysis) -> list[Block]:
     """Return the confirmatory findings, one row per question."""
     rows = [
-        [section.title, f.of, f"{f.measure}: {number(f.estimate)}", _interval(f), f.verdict, _who(section)]
+        [section.title, f.of, f.measure, number(f.estimate), _interval(f), f.verdict, section.participants]
         for section in analysis.sections
         for f in section.role("confirmatory")
     ]
     if not rows:
         return [ReportText("No test decides here: too few participants or conditions. See the checks.")]
-    header = ("question", "of", "estimate", "95 %", "verdict", "by")
+    header = ("question", "of", "measure", "estimate", "95 % interval", "verdict", "people")
     return [ReportTable(header, rows[:OPEN_ROWS], caption=_more(len(rows)))]
 
 
@@ -165,7 +165,8 @@ def _blocks(section: AnalysisSection, figures: Sequence[Figure]) -> list[Block]:
     ]
     for role, heading in ROLES.items():
         if held := section.role(role):  # type: ignore[arg-type]
-            header, rows, shared = _compact([_row(finding) for finding in held])
+            effects = list(dict.fromkeys(name for finding in held for name in finding.effect))
+            header, rows, shared = _compact([_row(finding, effects) for finding in held])
             title = f"{heading}. {shared}" if shared else heading
             if role == "check" or len(rows) > OPEN_ROWS:
                 blocks.append(ReportTable(header, rows, caption=shared, folded=f"{heading} ({len(rows)})"))
@@ -174,19 +175,20 @@ def _blocks(section: AnalysisSection, figures: Sequence[Figure]) -> list[Block]:
     for name, table in section.tables.items():
         headings = list(dict.fromkeys(key for row in table for key in row))
         cells = [[row.get(key) for key in headings] for row in table]
-        blocks.append(ReportTable(headings, cells, folded=f"{name} ({len(cells)} rows)"))
-    return blocks + [ReportText(f"{note[0].upper()}{note[1:]}.") for note in section.notes]
+        header = [heading.replace("_", " ") for heading in headings]
+        blocks.append(ReportTable(header, cells, folded=f"{_sentence(name)} ({len(cells)} rows)"))
+    return blocks + [ReportText(f"{_sentence(note)}.") for note in section.notes]
 
 
-def _row(f: Finding) -> dict[str, object]:
-    size = "".join(f"; {name} {number(value)}" for name, value in f.effect.items())
+def _row(f: Finding, effects: Sequence[str]) -> dict[str, object]:
     return {
         "of": f.of,
         "test": f.test,
         "measure": f.measure,
-        "estimate": number(f.estimate) + size,
-        "95 %": _interval(f),
-        "p": f.p_text() or EMPTY,
+        "estimate": number(f.estimate),
+        "95 % interval": _interval(f),
+        **{name: number(f.effect[name]) if name in f.effect else EMPTY for name in effects},
+        "p": f.p_text().removeprefix("p ").removeprefix("= ") or EMPTY,
         "verdict": f.verdict or EMPTY,
         "within the margin": f.within() or EMPTY,
         "answers": f.n,
@@ -200,13 +202,17 @@ def _compact(rows: list[dict[str, object]]) -> tuple[list[str], list[list[object
     kept, shared = [], []
     for heading in rows[0]:
         values = {row[heading] for row in rows}
-        if values <= {"", EMPTY}:
+        if values <= {"", EMPTY, "all"}:
             continue
         if heading in SHARED and len(values) == 1:
             shared.append(f"{heading}: {values.pop()}")
         else:
             kept.append(heading)
     return kept, [[row[heading] for heading in kept] for row in rows], "; ".join(shared)
+
+
+def _sentence(text: str) -> str:
+    return text[0].upper() + text[1:].replace("t_chance", "t chance")
 
 
 def _interval(f: Finding) -> str:
@@ -248,7 +254,7 @@ def _design(data: StudyData) -> list[Block]:
         for key, name in study.display_names.items()
     ]
     called = [ReportTable(("key", *study.languages), names, folded=f"Names ({len(names)})")] if names else []
-    return [*([ReportText(text)] if text else []), ReportTable(("", ""), facts), *called]
+    return [*([ReportText(text)] if text else []), ReportTable(("fact", "value"), facts), *called]
 
 
 def _participants(data: StudyData, analysis: StudyAnalysis) -> list[Block]:
@@ -262,7 +268,9 @@ def _participants(data: StudyData, analysis: StudyAnalysis) -> list[Block]:
     if measured := _measured(data.answers):
         caption = "Device facts sent with the answers; speeds and rates as measured in the browser."
         blocks.append(
-            ReportTable(("", "median", "lowest", "highest", "answers", "people"), measured, caption=caption)
+            ReportTable(
+                ("device fact", "median", "lowest", "highest", "answers", "people"), measured, caption=caption
+            )
         )
     if data.withdrawn:
         blocks.append(ReportText(f"{data.withdrawn} withdrew; their data is deleted."))

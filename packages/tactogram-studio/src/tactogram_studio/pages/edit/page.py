@@ -266,7 +266,7 @@ class EditPage:
     def _effect_card(self) -> None:
         with kit.card(label="Effect"), ui.row().classes("items-center gap-4 w-full"):
             title = ui.input("Title", value=self.editor.effect.title)
-            title.props("dense maxlength=120").classes("w-64")
+            title.props("maxlength=120").classes("w-64")
             title.on("change", lambda: self._rename(str(title.value)))
             titles = self.saved.titles()
             if titles and (select := kit.option_choice(titles, "Saved effects", self._open, last=self.id)):

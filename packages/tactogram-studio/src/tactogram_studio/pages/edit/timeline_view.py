@@ -58,7 +58,7 @@ class Timeline:
                     button.props("flat dense")
                 tool = ui.toggle(TOOLS, value="select").props('dense aria-label="Tool"')
                 tool.on_value_change(lambda: self._script("tool", tool.value))
-                snap = ui.select(SNAPS, value=0.01, label="Snap").props("dense").classes("edit-snap")
+                snap = ui.select(SNAPS, value=0.01, label="Snap").classes("edit-snap")
                 snap.on_value_change(lambda: self._script("snap", snap.value))
                 for label, (icon, by) in ZOOMS.items():
                     ui.button(icon=icon, on_click=partial(self._script, "zoom", by)).props(
@@ -73,15 +73,15 @@ class Timeline:
 
     def _operations(self) -> None:
         with ui.element("div").classes("edit-tools"):
-            self._from = ui.number("From, s", min=0, step=0.01).props("dense stack-label placeholder=start")
-            self._to = ui.number("To, s", min=0, step=0.01).props("dense stack-label placeholder=end")
+            self._from = ui.number("From, s", min=0, step=0.01).props("stack-label placeholder=start")
+            self._to = ui.number("To, s", min=0, step=0.01).props("stack-label placeholder=end")
             for field in (self._from, self._to):
                 field.on("change", self._set_range)
             for name, label in OPERATIONS.items():
                 self._button(label, partial(self.editor.operate, name))
             self._button("Repeat", self._repeat)
-            self._times = ui.number("Times", value=2, min=1, max=100, step=1).props("dense")
-            self._gap = ui.number("Gap, s", value=0.1, min=0, step=0.01).props("dense")
+            self._times = ui.number("Times", value=2, min=1, max=100, step=1)
+            self._gap = ui.number("Gap, s", value=0.1, min=0, step=0.01)
         with ui.element("div").classes("edit-tools"):
             self._button("Add a track", self._add_track)
             for line, label in ADDED.items():
@@ -113,11 +113,11 @@ class Timeline:
 
         with ui.element("div").classes("edit-tools").props(f'role="group" aria-label="{name} {index + 1}"'):
             ui.label(f"{name} {index + 1}").classes("small")
-            time_field = ui.number("Time, s", value=time, min=0, step=0.01).props("dense")
+            time_field = ui.number("Time, s", value=time, min=0, step=0.01)
             first = next(iter(values))
             time_field.on("change", lambda: move(first, time_field.value, values[first]))
             for own, value in values.items():
-                field = ui.number(LABELS[own], value=round(value, 4), min=0).props("dense")
+                field = ui.number(LABELS[own], value=round(value, 4), min=0)
                 field.on("change", lambda own=own, field=field: move(own, time, field.value))
 
     def _add_track(self) -> None:

@@ -98,9 +98,7 @@ def _draw_edges(state: MakePageState, crop: Crop) -> None:
 
     with ui.row().classes("gap-2 items-center"):
         numbers = [
-            ui.number(name, value=round(100 * edge, 1), min=0, max=100)
-            .props("outlined dense")
-            .style("width: 5rem")
+            ui.number(name, value=round(100 * edge, 1), min=0, max=100).style("width: 5rem")
             for name, edge in zip(("Left", "Top", "Right", "Bottom"), crop, strict=True)
         ]
         ui.button("Crop", on_click=apply).props("outline dense")
@@ -138,7 +136,7 @@ def _draw_choice(
     chosen = state.request.values.get(name, "")
     select = ui.select(dict(options) | {chosen: options.get(chosen, chosen)}, value=chosen, label=label)
     select.on_value_change(lambda event: state.change(redraw=redraw, **{name: event.value or ""}))
-    select.classes("w-full").props(f'outlined dense options-dense data-{name}="1"')
+    select.classes("w-full").props(f'data-{name}="1"')
 
 
 def _use_vibration(state: MakePageState, name: str, signal: Signal) -> None:
@@ -163,7 +161,7 @@ async def _ask_recording(state: MakePageState) -> None:
         dialog.close()
 
     with kit.form_dialog(f"Recording of {store.name}", "Use", use) as dialog:
-        chosen = ui.select(titles, label="Recording", with_input=True).props("outlined dense").classes("w-80")
+        chosen = ui.select(titles, label="Recording", with_input=True).classes("w-80")
 
 
 def draw_motion(state: MakePageState) -> None:

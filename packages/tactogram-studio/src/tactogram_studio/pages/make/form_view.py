@@ -86,7 +86,7 @@ def _draw_runs(state: MakePageState) -> None:
     with kit.card(classes="part"):
         titles = {run.name: run.title for run in state.runs.finished()}
         select = ui.select(titles, value=state.request.run or None, label="Run", on_change=choose)
-        select.classes("w-full").props('outlined dense options-dense data-run="1"')
+        select.classes("w-full").props('data-run="1"')
         if state.run is not None:
             model = state.run.model
             with ui.row().classes("items-center gap-2"):
@@ -151,7 +151,7 @@ def _draw_condition(state: MakePageState, name: str) -> None:
         field: Any = ui.select(list(get_args(option.kind)), label=label, value=shown, clearable=True)
     else:
         field = ui.input(label, value=shown or "", placeholder=option.example).props("debounce=700")
-    field.on_value_change(changed).props(f'outlined dense data-number="{name}"').tooltip(option.help)
+    field.on_value_change(changed).props(f'data-number="{name}"').tooltip(option.help)
 
 
 def _draw_number(state: MakePageState, name: str, label: str, most: int | None = None) -> ui.number:
@@ -166,7 +166,7 @@ def _draw_number(state: MakePageState, name: str, label: str, most: int | None =
 
     value = vars(request).get(name, request.values.get(name))
     number = kit.NumberField(label, value=value, on_change=changed)
-    number.props(f'outlined dense data-number="{name}"' + (" clearable" if most is None else ""))
+    number.props(f'data-number="{name}"' + (" clearable" if most is None else ""))
     return number.on("blur", state.commit).on("keydown.enter", state.commit)
 
 
@@ -187,9 +187,7 @@ def draw_text(state: MakePageState) -> None:
 
     typed = request.values.get("text", request.typed)
     text = ui.input("Describe it in English, and press Enter", value=typed)
-    text.classes("w-full").props(
-        'outlined dense clearable data-describe="1" placeholder="corrugated cardboard"'
-    )
+    text.classes("w-full").props('clearable data-describe="1" placeholder="corrugated cardboard"')
     text.on("keydown.enter", lambda: describe(text.value or "")).on("clear", lambda: describe(""))
     with ui.row().classes("items-center") as about:
         if "text" in request.values:
@@ -232,7 +230,7 @@ def draw_material(state: MakePageState) -> None:
     select.on_value_change(
         lambda event: state.change(redraw=False, material={event.value: 1.0} if event.value else {})
     )
-    select.classes("w-full").props("outlined dense options-dense")
+    select.classes("w-full")
 
 
 def draw_words(state: MakePageState) -> None:

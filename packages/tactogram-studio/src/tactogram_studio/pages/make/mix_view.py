@@ -17,6 +17,9 @@ from tactogram_studio.generation.state import MakePageState
 MOST_SLIDERS = 12
 """Number of materials up to which each has a slider from the start."""
 STEP = 0.01
+DOT, LETTER = (0.025, 0.028), (0.02, 0.05)
+"""Half a dot, and a letter of a name, as shares of the map's sides."""
+Box = tuple[float, float, float, float]
 
 
 def draw_mix(state: MakePageState) -> None:
@@ -54,7 +57,7 @@ class _Mix:
             names = [name for name in materials if name not in shown]
             select = ui.select(names, label=f"Add a material ({len(names)} more)", with_input=True)
             select.on_value_change(self._add_material)
-            select.classes("w-full").props("outlined dense options-dense")
+            select.classes("w-full")
         if len(materials) > 1:
             self._draw_map()
 
@@ -146,8 +149,8 @@ def map_options(materials: Sequence[str], places: NDArray[np.float64]) -> dict[s
     """
     axis = {"type": "value", "min": 0, "max": 1, "show": False}
     dots = [
-        {"name": name, "value": [float(x), float(y)], "label": {"position": "right" if x < 0.5 else "left"}}
-        for name, (x, y) in zip(materials, places, strict=True)
+        {"name": name, "value": [float(x), float(y)], "label": {"position": side}}
+        for name, (x, y), side in zip(materials, places, label_sides(materials, places), strict=True)
     ]
     return {
         "animation": False,
@@ -160,8 +163,40 @@ def map_options(materials: Sequence[str], places: NDArray[np.float64]) -> dict[s
             "symbolSize": 9,
             "itemStyle": {"color": "#51606e"},
             "label": {"show": True, "formatter": "{b}", "color": "#17202a", "fontSize": 11, "width": 130}
-            | {"overflow": "truncate"},
+            | {"overflow": "truncate", "textBorderColor": "#f6f8f9", "textBorderWidth": 3},
             "labelLayout": {"hideOverlap": True},
             "data": dots,
         },
     }
+
+
+def label_sides(materials: Sequence[str], places: NDArray[np.float64]) -> list[str]:
+    """Return the side of each dot where its name covers least of dots and earlier names, and stays within the map."""
+    taken = [(x - DOT[0], y - DOT[1], x + DOT[0], y + DOT[1]) for x, y in places]
+    sides = []
+    for name, (x, y) in zip(materials, places, strict=True):
+        wide, high = LETTER[0] * len(name), LETTER[1]
+        left, top = x - wide / 2, y - high / 2
+        corners = {
+            "right": (x + DOT[0], top),
+            "left": (x - DOT[0] - wide, top),
+            "top": (left, y - DOT[1] - high),
+            "bottom": (left, y + DOT[1]),
+        }
+        boxes = {side: (a, b, a + wide, b + high) for side, (a, b) in corners.items()}
+        side = min(boxes, key=lambda side: covered(boxes[side], taken))
+        sides.append(side)
+        taken.append(boxes[side])
+    return sides
+
+
+def covered(box: Box, others: Sequence[Box]) -> float:
+    """Return the area of a box that is outside of the map or in ``others``; all are left, top, right and bottom."""
+    left, top, right, bottom = box
+    outside = (right - left) * (bottom - top) - _common(box, (0, 0, 1, 1))
+    return outside + sum(_common(box, other) for other in others)
+
+
+def _common(one: Box, other: Box) -> float:
+    wide, high = min(one[2], other[2]) - max(one[0], other[0]), min(one[3], other[3]) - max(one[1], other[1])
+    return max(0.0, wide) * max(0.0, high)

@@ -67,8 +67,8 @@ class MakePage:
         """Draw the page."""
         with ui.element("div").classes("grid-2 make"):
             with ui.element("div").classes("make-form"):
-                self.form()
                 self._draw_buttons()
+                self.form()
                 self.command()
             with ui.element("div").classes("make-results"):
                 self.results()
@@ -130,7 +130,7 @@ class MakePage:
 
     def _draw_buttons(self) -> None:
         with ui.row().classes("w-full items-center gap-2 make-buttons"):
-            self.button = ui.button("Generate", on_click=self.generate).props("unelevated")
+            self.button = ui.button("Generate", on_click=self.generate)
             seed = ui.button("New seed", on_click=self.generate_with_new_seed).props("outline")
             seed.tooltip("Choose another random seed, and generate")
             self.undo_button = ui.button(icon="undo", on_click=self.state.undo).props("flat dense")

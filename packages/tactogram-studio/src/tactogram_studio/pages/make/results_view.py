@@ -100,7 +100,7 @@ def _draw_comparison_bar(
     with kit.card(label="Compare", classes="bar-compare"):
         if offers:
             select = ui.select(offers, label="Compare with", on_change=add)
-            select.props("outlined dense options-dense").classes("grow")
+            select.classes("grow")
         if present.is_image:
             return
         if present.facts.get("what") == "made" and present.facts.get("run") != present.facts.get("model"):

@@ -156,7 +156,7 @@ class _UploadedFile:
 
     def _draw_reading(self, *, closed: bool = False) -> None:
         """Draw the fields for what many files lack, or leave open."""
-        expansion = ui.expansion("Unit, rate, axes …", value=not closed).classes("w-full").props("dense")
+        expansion = ui.expansion("Unit, rate, axes …", value=not closed).classes("w-full")
         examples = {"unit": "m/s^2, g, N", "axes": "x,y,z", "time": "ticks [us], or none"}
         with expansion, ui.row().classes("items-end gap-3"):
             kit.ParameterFields(

@@ -91,14 +91,14 @@ class LayoutCard:
             for column, name in enumerate(self.choices.headings):
                 ui.label(name).style("overflow-wrap: anywhere")
                 role = ui.select(self._roles_of(column), value=self.choices.roles[column])
-                role.props(f'dense options-dense aria-label="{kit.attribute(name)}: read as"')
+                role.props(f'aria-label="{kit.attribute(name)}: read as"')
                 unit = ui.select(self._units_of(column), value=self.choices.units[column])
-                unit.props(f'dense options-dense aria-label="{kit.attribute(name)}: unit"')
+                unit.props(f'aria-label="{kit.attribute(name)}: unit"')
                 role.on_value_change(partial(self._set_role, column))
                 unit.on_value_change(partial(self._set_unit, column))
                 self._lists.append((role, unit))
         rate = kit.NumberField("Rate, Hz", value=self.choices.rate, placeholder="as the files say")
-        rate.props("dense debounce=700").classes("w-44").on_value_change(self._set_rate)
+        rate.props("debounce=700").classes("w-44").on_value_change(self._set_rate)
         self._show_choices()
 
     def _roles_of(self, column: int) -> dict[str, str]:

@@ -19,7 +19,7 @@ from tactogram_studio import kit
 from tactogram_studio.signals.pictures import spectrogram_png
 from tactogram_studio.signals.registry import ValueCache
 from tactogram_studio.signals.sound import range_response, sound_of
-from tactogram_studio.signals.traits import SignalTraits, scales_of, traits_of, unit_of
+from tactogram_studio.signals.traits import SignalTraits, scales_of, traits_of, unit_text
 from tactogram_studio.signals.view import draw_scale
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.recordings import (
@@ -115,13 +115,13 @@ def draw_recordings(
     """
     by_unit: dict[str, list[SignalTraits]] = {}
     for traits in starts.values():
-        by_unit.setdefault(unit_of(traits), []).append(traits)
+        by_unit.setdefault(unit_text(traits.unit), []).append(traits)
     tops = {unit: scales_of(each).top_db for unit, each in by_unit.items()}
     for unit, top in tops.items():
         draw_scale(top, unit, title="Spectrograms:")
     for info in infos:
         start, note = starts.get(info.id), (notes or {}).get(info.id, "")
-        top_db = None if start is None else tops[unit_of(start)]
+        top_db = None if start is None else tops[unit_text(start.unit)]
         _draw_recording(set_name, store, info, start, stream=stream, top_db=top_db, note=note)
 
 

@@ -31,7 +31,7 @@ from tactogram_studio.pages.materials.media import (
     starts_of,
 )
 from tactogram_studio.signals import view as signal_view
-from tactogram_studio.signals.traits import SignalTraits
+from tactogram_studio.signals.traits import SignalTraits, unit_text
 from tactogram_studio.signals.view import signal_card
 from tactogram_studio.tasks.queue import output_name, trainings_of
 from tactogram_studio.workspace.commands import arguments, free_name
@@ -113,7 +113,7 @@ def _draw_head(name: str, store: Store) -> None:
         kit.title_row(name, store.simulated, text)
         ui.label(" · ".join(f"{n:,} {what}{'' if n == 1 else 's'}" for n, what in counts if n))
         streams = ", ".join(
-            f"{key} in {facts.unit} over {facts.domain} ({','.join(facts.axes)})"
+            f"{key}: {unit_text(facts.unit)} over {facts.domain} ({', '.join(facts.axes)})"
             for key, facts in store.streams.items()
         )
         kit.hint(f"{store.name} · {streams} · licence: {store.licence}")
@@ -163,12 +163,12 @@ def _draw_recordings(
     def choose(label: str, values: Sequence[str], value: str, change: Any) -> ui.select:
         shown_values = {"": "any", **{value: value for value in values}}
         select = ui.select(shown_values, label=label, value=value, with_input=len(values) > 20)
-        return select.props("dense options-dense").on_value_change(lambda event: change(event.value or ""))
+        return select.on_value_change(lambda event: change(event.value or ""))
 
     with kit.card("Recordings"):
         with ui.row().classes("items-end gap-3 w-full"):
             text = ui.input("Search", value=chosen.text, placeholder="name, source or label")
-            text.props("dense clearable").on("clear", lambda: go(q=""))
+            text.props("clearable").on("clear", lambda: go(q=""))
             text.on("keydown.enter", lambda: go(q=text.value or ""))
             if materials:
                 choose("Material", materials, chosen.material, lambda m: go(material=m)).classes("w-48")
@@ -234,7 +234,7 @@ def add(studio: Studio) -> None:
     @kit.route("/materials")
     async def show() -> None:
         ui.add_head_html(HEAD + RECEIVING_HEAD)
-        with kit.page("Materials"):
+        with kit.page("Materials"), drop_zone(whole_page=True):
             with kit.card(), ui.row().classes("items-center justify-between w-full"):
                 ui.label("Upload a recording to see which materials it resembles, and add it to a store.")
                 ui.button("Upload a recording", on_click=lambda: ui.navigate.to("/materials/drop"))
@@ -259,7 +259,7 @@ def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
                 labels={"per_class": "Recordings per class", "photographs": "Photographs per surface"},
                 examples={"per_class": "default", "seconds": "default", "photographs": "one", "seed": "0"},
                 entries=state,
-                classes="w-44",
+                classes="w-52 grow",
             )
         name = ui.input("Name").classes("w-full")
 
@@ -282,10 +282,10 @@ def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
 
 
 def _draw_import() -> None:
-    with kit.card("Import recordings", classes=""), drop_zone():
+    with kit.card("Import recordings", classes=""):
         kit.hint(
-            "Drop a folder with a folder for each material, or a zip of it: the studio shows how every file would be "
-            "read before it imports them."
+            "Drop a folder with a folder for each material, or a zip of it, anywhere on this page: the studio shows "
+            "how every file would be read before it imports them."
         )
         folder_chooser()
         text = "Import from a folder of the workspace, or a published data set"
@@ -341,6 +341,6 @@ def _draw_tile(name: str, store: Store | str) -> None:
         return
     kit.mark_simulated(store.simulated)
     ui.label(f"{store.name} · {len(store):,} recordings")
-    kit.hint(", ".join(f"{key} ({facts.unit})" for key, facts in store.streams.items()))
+    kit.hint(", ".join(f"{key} ({unit_text(facts.unit)})" for key, facts in store.streams.items()))
     kit.hint(f"Licence: {store.licence}")
     ui.link("Train a model", f"/train?data={quote(name)}").classes("small")

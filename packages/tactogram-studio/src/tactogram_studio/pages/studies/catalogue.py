@@ -200,7 +200,7 @@ def power() -> None:
         with ui.row().classes("items-end gap-4"):
             tables = list(power_tables())
             state = kit.TabSettings(app.storage.user.setdefault("power", {}))
-            design = kit.Form(state, classes="w-36").choice("design", tables, "Design").props("dense")
+            design = kit.Form(state, classes="w-36").choice("design", tables, "Design")
             fields = kit.ParameterFields(
                 parameters(study_power),
                 ("participants", "trials", "effect", "margin"),
@@ -253,7 +253,7 @@ def analysis(workspace: Workspace, sessions: list[SessionEntry]) -> None:
         state = kit.TabSettings(app.storage.user.setdefault("analysis", {}))
         if state.get("source") not in sources:  # it is unknown which tables hold answers
             state["source"] = sessions[0].name if sessions else None
-        source = ui.select(sources, label="Answers", with_input=True).props("dense").classes("w-96")
+        source = ui.select(sources, label="Answers", with_input=True).classes("w-96")
         source.bind_value(state, "source")
         with (
             ui.expansion("Tables of other programs, other margins").classes("w-full"),

@@ -155,8 +155,8 @@ class ExperimenterPage:
     def _notes(self) -> None:
         with kit.card("Notes", classes="w-full stack"):
             kit.hint("Stored with the answers and exported. Do not write names.")
-            self.about = ui.select(ALL, value="", label="About").props("dense").classes("w-full")
-            self.text = ui.textarea("Note").props("dense autogrow maxlength=4000").classes("w-full")
+            self.about = ui.select(ALL, value="", label="About").classes("w-full")
+            self.text = ui.textarea("Note").props("autogrow maxlength=4000").classes("w-full")
             ui.button("Add note", on_click=self._note).props("outline")
             self.notes = ui.column().classes("w-full gap-1")
 
@@ -176,8 +176,8 @@ class ExperimenterPage:
                     "They say nothing about touch."
                 )
                 with ui.row().classes("items-end"):
-                    self.count = ui.number("How many", value=20, min=1, max=1000, precision=0).props("dense")
-                    self.effect = ui.input("True effect").props('dense placeholder="none, or d_prime=1"')
+                    self.count = ui.number("How many", value=20, min=1, max=1000, precision=0)
+                    self.effect = ui.input("True effect").props('placeholder="none, or d_prime=1"')
                     ui.button("Simulate", on_click=lambda e: self._simulate(e.sender)).props("outline")
 
     def _update_rows(self, view: SessionView) -> None:

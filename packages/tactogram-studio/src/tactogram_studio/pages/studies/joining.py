@@ -38,7 +38,7 @@ class JoinCard:
             kit.hint("Participants open this address, and begin or continue with their code.")
             if len(reachable) > 1:
                 select = ui.select(list(reachable), value=self.root, label="This machine's address")
-                select.props("dense").classes("w-full").on_value_change(self._choose)
+                select.classes("w-full").on_value_change(self._choose)
             self.address = ui.column().classes("w-full gap-2")
             self._show()
             ui.separator()
@@ -79,9 +79,9 @@ class JoinCard:
 
     def _form(self) -> None:
         languages = {name: own_name(name) for name in self.session.study.languages}
-        self.code = ui.input("Code (empty: random)").props("dense maxlength=16").classes("w-full")
+        self.code = ui.input("Code (empty: random)").props("maxlength=16").classes("w-full")
         self.language = ui.select(languages, value=next(iter(languages)), label="Language")
-        self.language.props("dense").classes("w-full")
+        self.language.classes("w-full")
         ui.button("Enrol", on_click=self._enrol)
         self.enrolled = ui.column().classes("w-full gap-1")
 

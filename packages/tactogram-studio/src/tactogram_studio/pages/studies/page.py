@@ -64,7 +64,7 @@ class StudiesPage:
             with ui.row().classes("items-center justify-between w-full"):
                 kit.heading("Study files of this workspace")
                 field = kit.file_field("Add a study file (TOML)", self._upload, accept=[".toml"])
-                field.classes("listless", remove="w-full")
+                field.classes(remove="w-full")
             if own:
                 self._cards(own)
             else:
@@ -129,7 +129,7 @@ class StudiesPage:
     def _report_link(self, session: SessionEntry) -> None:
         if session.report is not None:
             address = f"/reports?of={quote(self.workspace.name_of(session.report))}"
-            ui.link("open", address).props(f'aria-label="Report of {session.name}"')
+            ui.link("Open", address).props(f'aria-label="Open the report of {session.name}"')
 
     def _begin(self, study: StudyEntry) -> None:
         begin_dialog(self.studio, study.source, title=study.title, name=study.facts["name"])

@@ -173,7 +173,7 @@ class _TrainingForm:
             self.name = fields.text("name", "Run name")
             self.error = kit.alert()
             self.start = ui.button("Start", on_click=self._start).classes("w-full")
-            with ui.expansion("More options").classes("w-full").props("dense") as self.more:
+            with ui.expansion("More options").classes("w-full") as self.more:
                 self._draw_more(fields)
             kit.hint("Equivalent command")
             self.command = kit.code()
@@ -182,7 +182,7 @@ class _TrainingForm:
 
     def _draw_more(self, fields: kit.Form) -> None:
         with kit.column(gap=2):
-            self.model_choice = fields.choice("model", list(self.models), "Model").props("options-dense")
+            self.model_choice = fields.choice("model", list(self.models), "Model")
             self.model_choice.on_value_change(self._choose_model)
             self.description = kit.hint("")
             self.recipe = ui.select([], label="Recipe", on_change=self._choose_recipe)

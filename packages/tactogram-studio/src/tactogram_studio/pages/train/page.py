@@ -42,6 +42,9 @@ def add(studio: Studio) -> None:
             ui.link("All runs", "/train").classes("small")
             curves, compared = await kit.in_background(_read, studio, run)
             kit.heading("Comparison of runs")
+            with ui.row():
+                for name in curves:
+                    ui.link(name, f"/train/watch?run={quote(name)}")
             _draw_losses(curves)
             _draw_table("Results", "Measure", compared["results"], list(curves))
             _draw_table("Models and data", "Fact", compared["facts"], list(curves))
@@ -144,13 +147,14 @@ class _RunList:
             box.props(f'dense aria-label="Compare {name}"').set_enabled(summary is not None)
             ui.link(name, f"/train/watch?run={quote(name)}").style("overflow-wrap: anywhere")
             ui.space()
-            kit.mark_simulated(summary is not None and summary.simulated, "simulated data")
             badge(entry.state)
         if summary is not None:
             text = f"{summary.model}, trained on {summary.data_name}"
         else:
             text = task.command if task else ""
-        ui.label(text).classes("quiet small").style("overflow-wrap: anywhere")
+        with ui.row().classes("items-center gap-2"):
+            ui.label(text).classes("quiet small").style("overflow-wrap: anywhere")
+            kit.mark_simulated(summary is not None and summary.simulated, "simulated data")
         if task is not None and entry.status is not None:
             if entry.status.message and entry.state == "failed":
                 ui.label(entry.status.message).classes("small text-negative")
@@ -206,12 +210,11 @@ def _draw_table(title: str, key: str, rows: Mapping[str, Sequence[Any]], runs: S
             ui.label("None.").classes("quiet")
             return
         kit.table([key, *runs], [[name, *map(_text, values)] for name, values in rows.items()])
-        with ui.row():
-            for run in runs:
-                ui.link(run, f"/train/watch?run={quote(run)}").classes("small")
 
 
 def _text(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
-    return "" if value is None else str(value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return "–" if value is None else str(value)

@@ -210,7 +210,7 @@ class _RunView:
             with ui.row().classes("items-center"):
                 button = ui.button("Generate sample").props("outline")
                 choice = ui.select(self.sample_choices, label="Sample of", value=self.sample_of)
-                choice.props("dense options-dense").classes("w-64").bind_value(self, "sample_of")
+                choice.classes("w-64").bind_value(self, "sample_of")
                 button.on_click(lambda: self._generate_sample(button))
             self._draw_samples()
         if not self.sample_choices:
@@ -247,8 +247,12 @@ class _RunView:
     @ui.refreshable_method
     def results(self) -> None:
         summary = self.summary
-        rows = [[name, "validation part", f"{value:.4g}"] for name, value in summary.validation.items()]
-        rows += [[name, "evaluation", f"{value:.4g}"] for name, value in summary.evaluation.items()]
+        parts = {"validation part": summary.validation, "evaluation": summary.evaluation}
+        rows = [
+            [name.replace("_", " "), part, f"{value:.4g}"]
+            for part, values in parts.items()
+            for name, value in values.items()
+        ]
         if rows:
             with kit.card("Results"):
                 kit.table(["Measure", "Measured on", "Value"], rows)

@@ -109,6 +109,12 @@ function presentationOf(page, sounds) {
   return page.layout.presentation === "intervals" ? "intervals" : "players";
 }
 
+/** Whether a page shows areas, pictures or lines of a size in millimetres. */
+export function inMillimetres(page, sounds) {
+  const line = page.questions.some((question) => question.kind === "vas");
+  return line || page.slots.some((slot) => slot.picture) || (page.slots.length > 0 && presentationOf(page, sounds) === "areas");
+}
+
 function classesOf(page, way, matrix) {
   const questions = matrix ? ["with-matrix"] : way ? ["with-few"] : [];
   return ["page", `kind-${page.kind}`, ...(way ? [`presents-${way}`] : []), ...questions].join(" ");

@@ -6,6 +6,8 @@ import { BEGINS_MS, keepAwake } from "./awake.js";
 export const RISE_S = 0.002;
 /** Length of the cross-fade between a loop's end and its beginning, s, so that its seam is not felt. */
 export const SEAM_S = 0.01;
+/** The tone of the sound check: audible and felt, and far from the loudest that a device plays. */
+const TEST = { hz: 200, seconds: 0.5, peak: 0.1, rate: 48000 };
 
 /**
  * Return the samples of a WAV file of 32-bit floats.
@@ -122,6 +124,14 @@ export class BrowserSounds {
   /** Fetch the sounds of slots, so that they start at once. */
   async load(slots) {
     await Promise.all(slots.map(async (slot) => this.sounds.set(slot, readWav(await this.fetched(slot)))));
+  }
+
+  /** Play a tone that is no stimulus, to hear or feel whether the device plays. */
+  test() {
+    this.hush();
+    const tone = Float32Array.from({ length: TEST.rate * TEST.seconds }, (_, i) => TEST.peak * Math.sin((2 * Math.PI * TEST.hz * i) / TEST.rate));
+    this.sounds.set("test", { rate: TEST.rate, channels: [tone] });
+    return this.play("test").ended;
   }
 
   clear() {

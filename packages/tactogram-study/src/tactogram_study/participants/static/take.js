@@ -2,10 +2,10 @@
 
 import { calibrate } from "./calibration.js";
 import { deviceFacts } from "./device.js";
-import { holdStill, make, tell } from "./dom.js";
+import { button, holdStill, make, tell } from "./dom.js";
 import { FingerSounds } from "./finger.js";
 import { measured } from "./millimetres.js";
-import { showMoment, showPage } from "./page_view.js";
+import { inMillimetres, showMoment, showPage } from "./page_view.js";
 import { Outbox, ask, bytes, insist, passes, statusOf } from "./server.js";
 import { BrowserSounds, ServerSounds } from "./sound.js";
 import { guessed, nameOf, remedy, say } from "./wording.js";
@@ -21,7 +21,7 @@ const PREVIEW = { title: "Preview", text: "As participants see it. Answers are n
 const stage = document.getElementById("stage");
 const head = document.getElementById("head");
 /** Replaced with each page. */
-const now = { state: null, view: null, sounds: null, images: new Map(), sending: false, started: false, left: new Set() };
+const now = { state: null, view: null, sounds: null, images: new Map(), sending: false, started: false, left: new Set(leftBefore()) };
 
 const language = () => now.state?.language ?? guessed;
 const address = (what, slot) => `${base}/${what}?token=${encodeURIComponent(now.state.page.token)}&slot=${encodeURIComponent(slot)}`;
@@ -147,14 +147,14 @@ function showWelcome() {
 }
 
 
-/** Show the current page, after a rest or the end of the practice; first measure the screen, if its zoom changed, too. */
+/** Show the current page, after a rest or the end of the practice; measure the screen before the first page in millimetres. */
 async function show() {
   now.view?.stop();
   now.view = null;
   showHead();
   if (ended()) return showEnd();
-  if (measured() === null && !previewing) await calibrate(stage, language());
   const { page } = now.state;
+  if (measured() === null && !previewing && inMillimetres(page, now.sounds)) await calibrate(stage, language());
   const l = language();
   if (page.rest && !now.left.has(`rest ${page.token}`)) {
     return showMoment(stage, { title: say(l, "rest"), text: say(l, "rest_text"), go: say(l, "go_on"), press: () => leave(`rest ${page.token}`) });
@@ -165,6 +165,10 @@ async function show() {
     const more = feedback ? [make("p", { class: feedback.correct ? "feedback right" : "feedback wrong", text: feedback.text })] : [];
     const press = () => leave(`practice ${page.token}`);
     return showMoment(stage, { title: say(l, "practice"), text: over.text, go: say(l, "go_on"), press, more });
+  }
+  if (now.sounds.test && !previewing && !now.left.has("sound") && page.slots.some((slot) => slot.played)) {
+    const more = [button(say(l, "play_one"), () => now.sounds.test(), { class: "large sound-test" })];
+    return showMoment(stage, { title: say(l, "sound_check"), text: say(l, "sound_check_text"), go: say(l, "go_on"), press: () => leave("sound"), more });
   }
   try {
     await load(page);
@@ -178,10 +182,23 @@ async function show() {
   return undefined;
 }
 
-/** Leave a screen between pages. */
+/** Leave a screen between pages, for this tab. */
 function leave(moment) {
   now.left.add(moment);
+  try {
+    sessionStorage.setItem(`tactogram.left.${ticket}`, JSON.stringify([...now.left]));
+  } catch {
+    // Without storage a reload shows it again.
+  }
   return show();
+}
+
+function leftBefore() {
+  try {
+    return JSON.parse(sessionStorage.getItem(`tactogram.left.${ticket}`) ?? "[]");
+  } catch {
+    return [];
+  }
 }
 
 async function load(page) {
@@ -229,6 +246,10 @@ async function submit({ answers, rt_ms, facts }) {
   now.sending = true;
   outbox.keep({ token: now.state.page.token, answers, rt_ms, device: deviceFacts(facts) });
   const late = setTimeout(() => tell(say(language(), "sending")), 600);
+  const sent = () => {
+    clearTimeout(late);
+    now.sending = false;
+  };
   try {
     const state = await insist(deliverOnce, (away, status) => {
       clearTimeout(late);
@@ -236,14 +257,14 @@ async function submit({ answers, rt_ms, facts }) {
       else tellAway(away, status);
     });
     take(state);
-    await show();
+    sent();
+    await show(); // until the screen is measured, where it has to be
   } catch (error) {
     const status = statusOf(error);
     if ([401, 403, 404].includes(status)) deadEnd();
     else await refresh(status);
   } finally {
-    clearTimeout(late);
-    now.sending = false;
+    sent();
   }
 }
 

@@ -124,7 +124,11 @@ def listed_stimuli(editor: Editor, place: Place, redraw: Redraw) -> None:
 def _stimulus(editor: Editor, place: Place, name: str, stimulus: dict[str, Any], redraw: Redraw) -> None:
     with ui.row().classes("w-full items-center gap-2"):
         # An input, so that it can show the fault of its stimulus.
-        shown = ui.input(name, value=summary(stimulus)).props("dense readonly borderless").classes("grow")
+        shown = (
+            ui.input(name, value=summary(stimulus))
+            .props("readonly borderless", remove="outlined")
+            .classes("grow")
+        )
         editor.faults.register(place, shown)
         button = ui.button("Change", on_click=lambda: StimulusForm(editor, place, redraw))
         button.props(f'outline dense aria-label="Change {kit.attribute(name)}"')
@@ -153,11 +157,11 @@ class StimulusForm:
         with ui.card().classes("w-full max-w-2xl stack"):
             kit.heading("Stimulus")
             self._fields("name", "item", "condition")
-            signal = ui.select(dict(SOURCES), label="Signal", value=kind).props("dense").classes("w-full")
+            signal = ui.select(dict(SOURCES), label="Signal", value=kind).classes("w-full")
             self.signal = kit.column(gap=2)
             signal.on_value_change(lambda event: self._choose_signal(event.value))
             self._draw_signal(kind)
-            shown = ui.select(pictures, label="Picture", value=picture).props("dense").classes("w-full")
+            shown = ui.select(pictures, label="Picture", value=picture).classes("w-full")
             self.picture = kit.column(gap=2)
             shown.on_value_change(lambda event: self._choose_picture(event.value))
             self._draw_picture(picture)

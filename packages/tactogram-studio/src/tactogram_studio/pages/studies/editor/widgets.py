@@ -20,7 +20,7 @@ from tactogram_studio.study_draft.draft import StudyDraft
 from tactogram_studio.study_draft.fields import Place, StudyField
 from tactogram_study.wording import own_name
 
-TYPED = "dense debounce=300"
+TYPED = "debounce=300"
 """Of fields that are typed into: a change is checked after a pause, in ms."""
 LONG = ("consent", "instructions", "reference")
 """Texts of several lines."""
@@ -140,7 +140,7 @@ def draw_choice(
     """Draw a choice that shows the faults at its place and calls ``change`` with its entry."""
     shown = dict(options) if isinstance(options, Mapping) else list(dict.fromkeys(options))
     select = ui.select(shown, label=label, on_change=lambda event: change(event.value), **more)
-    editor.faults.register(place, select.props("dense options-dense").classes("w-full"))
+    editor.faults.register(place, select.classes("w-full"))
     return select
 
 
@@ -234,7 +234,7 @@ def new_name(editor: Editor, place: Place, label: str, button: str, add: Callabl
             add(name)
 
     with ui.row().classes("items-end"):
-        field = ui.input(label).props("dense").classes("w-72")
+        field = ui.input(label).classes("w-72")
         editor.faults.register(place, field)
         ui.button(button, on_click=press).props("outline dense")
 
