@@ -15,6 +15,7 @@ from tactogram.rendering.displays.catalogue import display_family
 from tactogram.rendering.displays.display import Display
 from tactogram.rendering.drive.fit import Drive
 from tactogram.rendering.drive.report import SENTENCES
+from tactogram.signal.figure import unit_text
 from tactogram.signal.signal import Signal
 
 LINE = 40_000
@@ -68,7 +69,7 @@ def _waveform(axes: Axes, signal: Signal, name: str, span: tuple[float, float]) 
         else:
             time, low, high = _ranges(row, signal.rate)
             axes.fill_between(time + first / signal.rate, low, high, linewidth=0.4, alpha=0.8, label=label)
-    unit = "" if signal.unit == "1" else f", {signal.unit}"
+    unit = "" if signal.unit == "1" else f", {unit_text(signal.unit)}"
     axes.set(ylabel=f"{name}{unit}" if name else "", xlim=span if span[1] > span[0] else None)
     axes.grid(alpha=0.3)
     if len(signal.axes) > 1 and name:
@@ -85,15 +86,16 @@ def _ranges(row: NDArray[np.float32], rate: float) -> tuple[NDArray[np.float64],
 
 def _octaves(axes: Axes, bands: Sequence[dict[str, Any]], unit: str) -> None:
     centres = [row["centre_hz"] for row in bands]
-    for key, style in (("wanted_db", "o-"), ("rendered_db", "s--")):
+    for key, label, style in (("wanted_db", "target", "o-"), ("rendered_db", "rendered", "s--")):
         levels = [np.nan if row[key] is None else row[key] for row in bands]
-        axes.semilogx(centres, levels, style, markersize=4, label=key.removesuffix("_db"))
+        axes.semilogx(centres, levels, style, markersize=4, label=label)
     for row in bands:
         if not row["reachable"]:
             centre = row["centre_hz"]
             axes.axvspan(centre / 2**0.5, centre * 2**0.5, color="0.85", zorder=0)
     axes.set_xticks(centres, [f"{centre:g}" for centre in centres])
     axes.minorticks_off()
-    axes.set(xlabel="octave, Hz (grey: out of the display's band)", ylabel=f"level, dB re 1 {unit} rms")
+    of = "" if unit == "1" else f" {unit_text(unit)}"
+    axes.set(xlabel="octave, Hz (grey: out of the display's band)", ylabel=f"level, dB re 1{of} rms")
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)

@@ -133,8 +133,8 @@ class DisplayCards(RequestCards):
             if level_db is not None and level_db < 0:
                 kit.alert(unfelt_text(level_db, of="the output of this drive"))
             ui.html(
-                f'<img src="{files}/drive.report.png" alt="Signal, drive with its limits, and output; the text below '
-                'says the same" width="100%">',
+                f'<img class="drawn" src="{files}/drive.report.png" width="100%" alt="Signal, drive with its limits, '
+                'and output; the text below says the same">',
                 sanitize=False,
             ).classes("w-full")
             for name, title in (("scaled", "Scaled"), ("clipped", "Clipped"), ("unreachable", "Unreachable")):
