@@ -11,7 +11,7 @@ from fastapi.responses import FileResponse
 from nicegui import app, ui
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.rendering import effects, haptic_format, haptic_formats, to_one_axis
+from tactogram.rendering import effects, haptic_format, haptic_labels, to_one_axis
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
 from tactogram_studio.effects.editing import ready_track
@@ -72,7 +72,7 @@ class FilesCard:
         self._written: Effect | None = None
         self._pattern: list[int] = []
         with kit.card("File", classes="w-full edit-card"):
-            titles = {name: f"{kind.title} ({kind.suffix})" for name, kind in haptic_formats().items()}
+            titles = haptic_labels()
             with ui.row().classes("items-center gap-4"):
                 last = str(state.get("format", "ahap"))
                 self._format = ui.select(titles, label="Format", value=last if last in titles else "ahap")
