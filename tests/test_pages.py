@@ -110,7 +110,7 @@ def test_every_page_is_of_one_kind():
         for kind in KINDS
         for line in re.findall(r"^(?:.*<)?([a-z0-9-]+)>?$", text_of(kind), re.MULTILINE)
     ]
-    pages = {path.stem for path in DOCS.glob("*.md")} - {*KINDS, "index", "plan"}
+    pages = {path.stem for path in DOCS.glob("*.md")} - {*KINDS, "index"}
     assert sorted(name for name in below if name in pages) == sorted(pages)
 
 
