@@ -25,11 +25,11 @@ MOST_RESULTS = 40
 """Older results are deleted."""
 DRIVE_SUFFIXES = (".wav", ".csv", ".npz")
 LEVELS = {
-    "physical": "Physical: the output equals the signal, in its own unit. Recordings often feel weak this way.",
-    "sensation": "Sensation: as far above the detection threshold as the signal; frequencies that the display cannot "
+    "physical": "The output equals the signal, in its own unit. Recordings often feel weak this way.",
+    "sensation": "As far above the detection threshold as the signal; frequencies that the display cannot "
     "render are compensated by others. A number sets the level above the threshold in dB.",
-    "gain": "Gain: output per unit of the signal.",
-    "peak": "Peak: the largest drive is this share of the limit. The signal's own strength is lost.",
+    "gain": "Output per unit of the signal.",
+    "peak": "The largest drive is this share of the limit. The signal's own strength is lost.",
 }
 LEVEL_VALUES = {
     "gain": ("Factor", 1.0),

@@ -73,8 +73,9 @@ class DisplayCards(RequestCards):
         ui.label("Level").classes("font-bold mt-2")
         if self.state.get("level") not in kinds:
             self.state["level"] = "peak" if "peak" in kinds else kinds[0]
-        level = ui.radio({kind: LEVELS[kind] for kind in kinds}, on_change=self._level_value.refresh)
-        level.bind_value(self.state, "level").props('aria-label="Level"')
+        titles = {kind: kind.capitalize() for kind in kinds}
+        level = ui.radio(titles, on_change=self._level_value.refresh)
+        level.bind_value(self.state, "level").props('inline aria-label="Level"')
         self._level_value()
         self.state.update(calibration="", person="")
         if display_family(display.family).calibrated:
@@ -85,7 +86,8 @@ class DisplayCards(RequestCards):
 
     @ui.refreshable_method
     def _level_value(self) -> None:
-        if (kind := self.state["level"]) in LEVEL_VALUES:
+        kit.hint(LEVELS[kind := self.state["level"]])
+        if kind in LEVEL_VALUES:
             self.fields.number(f"value_{kind}", *LEVEL_VALUES[kind])
 
     @ui.refreshable_method
