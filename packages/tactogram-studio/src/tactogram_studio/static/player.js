@@ -1,6 +1,6 @@
 /**
- * Plays the sounds of buttons with `data-player-url`, one at a time. While one plays, another button, or its key 1 to 9,
- * switches to that sound at the same position within 20 ms, for direct comparison; Escape stops. A checkbox in
+ * Plays the sounds of buttons with `data-player-url`, one at a time. While one plays, another button with a key 1 to 9,
+ * or the key, switches to that sound at the same position within 20 ms, for direct comparison; Escape stops. A checkbox in
  * `[data-player-loop]` repeats the sound. Nothing plays before a click.
  */
 
@@ -74,7 +74,8 @@ async function play(url) {
   }
   tell(url, levelOf(url, sound));
   if (wanted !== url) return;
-  const offset = playing ? place() % sound.buffer.duration : 0;
+  const compared = document.querySelector(`[data-player-url="${CSS.escape(url)}"][data-player-key]`);
+  const offset = playing && compared ? place() % sound.buffer.duration : 0;
   fadeOut();
   const source = audio().createBufferSource();
   const fade = audio().createGain();
