@@ -33,6 +33,14 @@ class ModelConfig(BaseModel):
         """Return the samples of its input at a sampling rate in Hz: the window of ``live``; 0 if any will do."""
         return 0
 
+    @property
+    def window_protocol(self) -> str:
+        """Protocol that tests on other windows or crops of the training data; empty if recordings are split.
+
+        Under one, no recording is kept apart unless the training is told to.
+        """
+        return ""
+
 
 @dataclass(frozen=True)
 class Stage:
@@ -238,15 +246,10 @@ class Model(Saved, ABC):
         """Lowest and highest speed and force, by name of the condition, at which surfaces can be predicted; or none."""
         return {}
 
-    @property
-    def window_protocol(self) -> str:
-        """Protocol that tests on other windows or crops of the training data; empty if recordings are split."""
-        return ""
-
     def evaluate_as_published(self, examples: Sequence[Any]) -> dict[str, Any]:
         """Return ``mean`` and ``per_material`` of the publication's own figures; empty if it has none.
 
-        Under a `window_protocol` ``examples`` are the training examples, of which other windows are used; else unseen
+        Under a `ModelConfig.window_protocol` ``examples`` are the training examples, of which other windows are used; else unseen
         ones. Raises `ParameterError` if these recordings allow no such figures.
         """
         return {}

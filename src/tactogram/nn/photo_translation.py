@@ -62,8 +62,7 @@ class PairConfig(ModelConfig):
     contrast: float = Field(default=0.2, ge=0, le=1)
     """As ``brightness``."""
     protocol: Protocol = "source-split"
-    """Order of splitting, cutting and pairing. Ours; we read the paper as ``crop-split``, on a run whose split is
-    ``all``."""
+    """Order of splitting, cutting and pairing. Ours; we read the paper as ``crop-split``, which ``paper`` takes."""
     excitation: Literal["phase", "noise"] = "phase"
     """How a generated picture becomes a signal. ``phase``: by phase recovery. ``noise``: the picture is smoothed and
     Gaussian noise takes its levels, for networks too small or too briefly trained to draw a grain that a signal can
@@ -72,6 +71,10 @@ class PairConfig(ModelConfig):
     """Columns that ``excitation = "noise"`` smooths levels over; odd. Ours."""
     overlap: float = Field(default=0.125, gt=0, le=0.5)
     """Crossfade between the pieces of a longer signal, as a share of a picture's length. Ours."""
+
+    @property
+    def window_protocol(self) -> str:
+        return "" if self.protocol == "source-split" else self.protocol
 
     @field_validator("smooth")
     @classmethod
@@ -119,11 +122,6 @@ class PhotoTranslation(Saved):
             rows=c.size,
             columns=c.size,
         )
-
-    @property
-    def crop_protocol(self) -> str:
-        """The protocol that splits crops of the training data; empty if photographs and recordings are split."""
-        return "" if self.config.protocol == "source-split" else self.config.protocol
 
     @property
     def crops(self) -> PhotoCrops:

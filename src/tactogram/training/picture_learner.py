@@ -64,6 +64,10 @@ class PictureConfig(ModelConfig):
     lpips_weights: str = ""
     """File of AlexNet's weights; if empty, torch's cache is searched."""
 
+    @property
+    def window_protocol(self) -> str:
+        return self.pairs.window_protocol
+
 
 class _SizedNetwork(Protocol):
     def check_size(self, rows: int, columns: int) -> None: ...
@@ -146,11 +150,6 @@ class PictureLearner(Model, Generic[ConfigT]):
         """Return the GAN, and the label predictor if there is one."""
         return [self.gan, self.predictor] if self.predictor else [self.gan]
 
-    @property
-    def window_protocol(self) -> str:
-        """Protocol that splits crops of the training data; empty if photographs and recordings are split."""
-        return self.translation.crop_protocol
-
     def set_validation(self, examples: Sequence[Example]) -> str:
         """Choose the predictor's weights by accuracy on ``examples``, the generator's by `choice`."""
         choice = self.choice(self.config.choose_by, self.config.lpips_weights)
@@ -183,7 +182,7 @@ class PictureLearner(Model, Generic[ConfigT]):
         Where the protocol splits crops and there are no validation examples, those are crops of the training examples
         that are not trained on: the paper's validation part.
         """
-        within = not len(examples) and self.translation.crop_protocol
+        within = not len(examples) and self.config.window_protocol
         return self.translation.unseen(self.training_examples if within else examples)
 
     def _steps_per_epoch(self, examples: Sequence[Example]) -> int:

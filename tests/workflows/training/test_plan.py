@@ -6,7 +6,9 @@ import pytest
 
 from tactogram.datasets import open_store
 from tactogram.errors import ParameterError
-from tactogram.workflows.training.plan import plan_of, select
+from tactogram.workflows.training.plan import TrainingRequest, plan_of, planned, select
+
+OWN_SPLIT = {"frictgan": "examples", "visual_tactile_gan": "source-split"}
 
 
 def test_a_run_says_all_that_its_training_is_of(run):
@@ -14,6 +16,16 @@ def test_a_run_says_all_that_its_training_is_of(run):
     assert plan.identity == run.data["run_id"]
     assert plan.config.steps == 60
     assert {plan.store.info(segment.id).material for segment in plan.parts.train} == {"cork", "foam", "tile"}
+
+
+@pytest.mark.parametrize("model", ["frictgan", "visual_tactile_gan"])
+def test_where_the_paper_splits_windows_no_recording_is_kept_apart(model, store):
+    published, ours = (
+        planned(TrainingRequest(model, store, recipe="paper", changes=changes)).parts
+        for changes in (None, {f"config.{'pairs.' * (model != 'frictgan')}protocol": OWN_SPLIT[model]})
+    )
+    assert (len(published.train), len(published.test)) == (40, 0)
+    assert len(ours.test) == 8
 
 
 def test_select_by_fields_and_labels(store):

@@ -2,9 +2,13 @@
 
 import shutil
 
+import numpy as np
 import pytest
 from made_up_signals import MATERIALS
 
+from tactogram.datasets import Recording, create_store
+from tactogram.errors import DataError
+from tactogram.signal import Signal
 from tactogram_benchmark.experiments import stroke_gan_figures
 from tactogram_benchmark.experiments.catalogue import reproduce
 
@@ -39,3 +43,20 @@ def test_independent_trainings_run_on_workers(folder, monkeypatch):
         shutil.rmtree(folder / name)
     alone = reproduce("stroke_gan_figures", out=folder, options=options)
     assert alone["trainings"] == workers["trainings"]
+
+
+def test_too_few_strokes_are_refused_before_any_training(tmp_path):
+    noise = np.random.default_rng(0).standard_normal((len(MATERIALS), 7, 3, 400))
+    strokes = (
+        Recording(
+            streams={"acceleration": Signal(x, 1000, "m/s^2")}, material=name, source=f"{name}/{number}"
+        )
+        for name, takes in zip(MATERIALS, noise, strict=True)
+        for number, x in enumerate(takes)
+    )
+    store = create_store(tmp_path / "few", strokes, name="few", licence="-", simulated=True)
+    with pytest.raises(DataError, match="a fifth of its strokes are 1; record at least eight"):
+        reproduce(
+            "stroke_gan_figures", out=tmp_path / "out", options={"model": "ar_texture"}, data=store.path
+        )
+    assert not list(tmp_path.glob("out/*ar_texture*"))

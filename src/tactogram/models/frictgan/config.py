@@ -124,6 +124,10 @@ class Config(ModelConfig):
         return self
 
     @property
+    def window_protocol(self) -> str:
+        return "" if self.protocol == "examples" else self.protocol
+
+    @property
     def bins(self) -> int:
         """Rows of a spectrogram."""
         return self.n_fft // 2 + 1

@@ -226,13 +226,9 @@ class FrictGANLearner(AdversarialNetworks, Model):
     def _noise(self, seed: int, number: int) -> Tensor:
         return torch.randn(self.config.noise, generator=child_generator(seed, "noise", number))
 
-    @property
-    def window_protocol(self) -> str:
-        return "" if self.config.protocol == "examples" else self.config.protocol
-
     def evaluate_as_published(self, examples: Sequence[Example]) -> dict[str, Any]:
         """Return the paper's squared error per fabric, and distances independent of phase; see `fabric_evaluation`."""
-        figures = evaluate_fabrics(self, examples, part="test" if self.window_protocol else None)
+        figures = evaluate_fabrics(self, examples, part="test" if self.config.window_protocol else None)
         return {
             "mean": summary(figures),
             "per_material": {name: asdict(each) for name, each in figures.items()},

@@ -200,7 +200,7 @@ def training_and_test(loaded: LoadedRun) -> tuple[Examples, Examples]:
     store, split = test_part(loaded.run)
     train, test = (
         part_examples(store, split, part, loaded.as_trained, label=loaded.run.data["label"])
-        for part in ("train", "train" if picture_generator(loaded).translation.crop_protocol else "test")
+        for part in ("train", "train" if picture_generator(loaded).config.window_protocol else "test")
     )
     return train, test
 
@@ -209,7 +209,7 @@ def pairs_of_test(loaded: LoadedRun, test: Examples) -> WeakPairs:
     """Return the pairs of the test part."""
     translation = picture_generator(loaded).translation
     pairs: WeakPairs | None = (
-        translation.pairs(test, "test") if translation.crop_protocol else translation.unseen(test)
+        translation.pairs(test, "test") if translation.config.window_protocol else translation.unseen(test)
     )
     if pairs is None:
         raise ParameterError(

@@ -98,7 +98,7 @@ def _inversion(
     picture, places = translation.picture, pairs.by_material()
     held: dict[str, list[list[Any]]] = {name: [[], []] for name in places}
     # Crops of the same recordings have no floor: that needs other recordings.
-    parts = (test,) if translation.crop_protocol else (test, train)
+    parts = (test,) if translation.config.window_protocol else (test, train)
     for side, part in enumerate(parts):
         for example in part:
             if example.material in held and len(example.signal) >= picture.length:

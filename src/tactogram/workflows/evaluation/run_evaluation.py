@@ -62,7 +62,7 @@ def evaluate_run(
         return evaluate_rated_surfaces(loaded, rater=rater)
     if generates_images(loaded):
         return evaluate_images(loaded, rater=rater)
-    if data is None and not unknown and (protocol := loaded.model.window_protocol):
+    if data is None and not unknown and (protocol := loaded.model.config.window_protocol):
         return _evaluated_within(loaded, protocol, progress)
     if given is not None:
         loaded = replace(loaded, facts=loaded.facts.given(given))

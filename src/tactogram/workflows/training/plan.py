@@ -111,11 +111,12 @@ def planned(request: TrainingRequest) -> TrainingPlan:
     recipe = Recipe.load(facts.recipe(request.recipe), changes=request.recipe_changes)
     index = select(store.index, request.where) if len(store) else []
     rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
-    how: dict[str, Any] = {"split": request.split, "by": request.by, "seed": recipe.seed}
     config = facts.config(recipe.config)
+    split = request.split or ("all" if config.window_protocol else "")
+    how: dict[str, Any] = {"split": split, "by": request.by, "seed": recipe.seed}
     if rated is not None:
         parts = rated.split(index, recipe.prepare, **how)
-    elif request.split == "blocks":
+    elif split == "blocks":
         parts = block_splits(store, labelled(index, request.label), recipe, config, blocks=BLOCKS)[-1]
     else:
         parts = make_split(index, label=request.label, **how)

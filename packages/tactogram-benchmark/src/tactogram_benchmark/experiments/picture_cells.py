@@ -61,10 +61,6 @@ class TableSettings:
         """Recipe of every training."""
         return "paper" if self.paper else "bench"
 
-    def protocol_changes(self) -> dict[str, Any]:
-        """Return the change of a recipe that selects the protocol; ours is the default."""
-        return {} if self.protocol == "source-split" else {"config.pairs.protocol": self.protocol}
-
     def weight_changes(self, model: str) -> dict[str, Any]:
         """Return the changes of a model's recipe that name its files of weights."""
         files = {"config.lpips_weights": ALEXNET, "config.predictor.trunk_weights": DENSENET201}
@@ -97,11 +93,13 @@ class TableSettings:
 def table_settings(*, paper: bool, protocol: str, progress: ProgressCallback, **files: str) -> TableSettings:
     """Return the settings of a table; missing weights are reported now, before anything is trained.
 
-    ``files`` are some of `WEIGHTS`, searched in torch's cache where empty.
+    An empty ``protocol`` is the paper's for ``paper``, otherwise ours. ``files`` are some of `WEIGHTS`, searched in
+    torch's cache where empty.
 
     Raises `ParameterError` if there is no such protocol; `DataError` if a given file does not exist, or a published
     training needs a network that is missing.
     """
+    protocol = protocol or ("crop-split" if paper else "source-split")
     if protocol not in get_args(Protocol):
         raise ParameterError.one_of("protocol", get_args(Protocol), protocol)
     paths, missing = dict[str, str](), dict[str, str]()
@@ -174,7 +172,7 @@ def _cell(
 ) -> dict[str, Any]:
     split, files = settings.split(store), settings.weights
     weights = PictureWeights(files.get(ALEXNET.network, ""), files.get(INCEPTION.network, ""))
-    changes = {**axis_of(store), **settings.protocol_changes(), **changes}
+    changes = {**axis_of(store), "config.pairs.protocol": settings.protocol, **changes}
     facts = {
         "model": model,
         "recipe": settings.recipe,

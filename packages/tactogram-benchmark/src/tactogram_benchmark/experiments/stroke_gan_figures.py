@@ -9,17 +9,19 @@ by their distance to these strokes, and by whether each texture is nearest to it
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import mean
 from typing import Any
 
 from tactogram.cli.printing import columns
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram.evaluation import log_spectral_distance, save_figure, spectrograms_figure
 from tactogram.signal import Image, Signal
 from tactogram.training import Run
 from tactogram.workflows import ProgressCallback, generate, recorded
+from tactogram.workflows.training.plan import TrainingPlan, TrainingRequest, planned
 from tactogram_benchmark.experiments.artifacts import (
     Training,
     facts_of,
@@ -73,7 +75,9 @@ def run(
             name = f"{model}-{recipe}{f'-{count}' * bool(count)}{f'-batch-{batch_size}' * bool(batch_size)}"
             changes = {"config.steps": int(count)} if count else {}
             changes |= {"config.batch_size": batch_size} if batch_size else {}
-            runs[name] = Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
+            options = {"recipe": recipe, "changes": changes}
+            _check_held_out(planned(TrainingRequest(model, store.path, **options)), materials)
+            runs[name] = Training(model, store.path, folder / name, options)
     files: dict[str, str] = {}
     rows: dict[str, dict[str, Any]] = {}
     real: dict[str, list[Signal]] = {}
@@ -107,6 +111,18 @@ def run(
         },
     }
     return result | {"text": _text(result, kind_of(store))}
+
+
+def _check_held_out(plan: TrainingPlan, materials: Mapping[str, str]) -> None:
+    """Refuse data of which a training leaves no two strokes of each texture to compare with, before it begins."""
+    counts = Counter(plan.store.info(segment.id).material for segment in plan.parts.test)
+    for material in materials.values():
+        if counts[material] < 2:
+            raise DataError(
+                plan.store.path,
+                f"needs two strokes of {material} that are not trained on, and a fifth of its strokes are "
+                f"{counts[material]}; record at least eight",
+            )
 
 
 def _draw(

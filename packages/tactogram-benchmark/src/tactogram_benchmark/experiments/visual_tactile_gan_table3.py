@@ -60,7 +60,7 @@ def run(
     data: str = "",
     trainings: int = 3,
     cells: str = "",
-    protocol: str = "source-split",
+    protocol: str = "",
     alexnet: str = "",
     inception: str = "",
     densenet201: str = "",
@@ -78,7 +78,8 @@ def run(
     cells : str
         Only these, such as ``1x1,3x3`` (discriminators x layers); default: all 16.
     protocol : str
-        Order of splitting, cutting and pairing: ours, ``crop-split`` (the paper's) or ``pair-then-split``.
+        Order of splitting, cutting and pairing: ``crop-split`` (the paper's, of ``paper``), ``source-split`` (ours) or
+        ``pair-then-split``.
     alexnet, inception, densenet201 : str
         Files of published weights (`tactogram doctor` lists them); default: torch's cache.
     """

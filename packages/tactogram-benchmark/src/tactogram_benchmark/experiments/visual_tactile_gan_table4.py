@@ -67,7 +67,7 @@ def run(
     data: str = "",
     trainings: int = 3,
     methods: str = "",
-    protocol: str = "source-split",
+    protocol: str = "",
     alexnet: str = "",
     inception: str = "",
     vgg19: str = "",
@@ -85,7 +85,8 @@ def run(
         Beside the proposed model only these, such as ``pix2pix,without CBN``, or ``variants`` (`VARIANTS`: other loss
         weights, and label probabilities as condition); default: the published ones.
     protocol : str
-        Order of splitting, cutting and pairing: ours, ``crop-split`` (the paper's) or ``pair-then-split``.
+        Order of splitting, cutting and pairing: ``crop-split`` (the paper's, of ``paper``), ``source-split`` (ours) or
+        ``pair-then-split``.
     alexnet, inception, vgg19, densenet201 : str
         Files of published weights (`tactogram doctor` lists them); default: torch's cache.
     """
