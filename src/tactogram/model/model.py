@@ -249,8 +249,8 @@ class Model(Saved, ABC):
     def evaluate_as_published(self, examples: Sequence[Any]) -> dict[str, Any]:
         """Return ``mean`` and ``per_material`` of the publication's own figures; empty if it has none.
 
-        Under a `ModelConfig.window_protocol` ``examples`` are the training examples, of which other windows are used; else unseen
-        ones. Raises `ParameterError` if these recordings allow no such figures.
+        Under a `ModelConfig.window_protocol` ``examples`` are the training examples, of which other windows are used;
+        else unseen ones. Raises `ParameterError` if these recordings allow no such figures.
         """
         return {}
 

@@ -74,6 +74,7 @@ class PairConfig(ModelConfig):
 
     @property
     def window_protocol(self) -> str:
+        """Protocol that splits crops of the training data; empty if recordings are split."""
         return "" if self.protocol == "source-split" else self.protocol
 
     @field_validator("smooth")

@@ -66,6 +66,7 @@ class PictureConfig(ModelConfig):
 
     @property
     def window_protocol(self) -> str:
+        """Protocol that splits crops of the training data; empty if recordings are split."""
         return self.pairs.window_protocol
 
 

@@ -125,6 +125,7 @@ class Config(ModelConfig):
 
     @property
     def window_protocol(self) -> str:
+        """Protocol that splits windows of the training data; empty if recordings are split."""
         return "" if self.protocol == "examples" else self.protocol
 
     @property
