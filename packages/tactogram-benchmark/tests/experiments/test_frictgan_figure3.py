@@ -4,7 +4,10 @@ import json
 
 import numpy as np
 import pytest
+from frictgan_windows import friction_of, write_window
 
+from tactogram.datasets import open_store
+from tactogram.datasets.importing import import_dataset
 from tactogram.errors import ParameterError
 from tactogram.models.frictgan.tests.test_learner import config, fabric_store
 from tactogram.workflows.progress import silent
@@ -75,3 +78,27 @@ def test_fabrics_are_those_of_the_store(tmp_path, fabrics, asked):
             figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), fabrics=names)
     with pytest.raises(ParameterError, match="ablations must be some of without critic, without L1"):
         figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), ablations="noise")
+
+
+def test_the_authors_own_windows_keep_their_parts(tmp_path, asked):
+    """Their layout: one window per file, `{train,valid,test}/FABRIC/{image,output_data}`."""
+    for part, numbers in (("train", range(6)), ("valid", range(6, 8)), ("test", range(8, 12))):
+        for fabric in (2, 8):
+            for number in numbers:
+                write_window(
+                    tmp_path / "dataset" / part / str(fabric), number, friction_of(100 * fabric + number)
+                )
+    import_dataset("frictgan", tmp_path / "dataset", tmp_path / "s", workers=1)
+    found = figure3.run(
+        tmp_path / "out", paper=False, progress=silent, data=str(tmp_path / "s"), trainings=1, ablations=""
+    )
+    learner, trained, tested = figure3._loaded(tmp_path / "out" / "runs" / "frictgan-0")
+    assert learner.config.protocol == "examples"
+    assert [len(trained), len(tested)] == [16, 8]
+    store = open_store(tmp_path / "s")
+    assert {store.info(example.id).labels["part"] for example in tested} == {"test"}
+    assert {store.info(example.id).labels["part"] for example in trained} == {"train", "valid"}
+    assert found["protocol"] == "published parts"
+    # What is replayed are windows of the same fabrics from the training part: alike, but none of the tested ones.
+    assert found["methods"]["replay"]["mse_recording"]["mean"] > 1e-5
+    assert found["methods"]["replay"]["level_error"]["mean"] < 0.02

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from PIL import Image as Pillow
-from scipy.signal.windows import hamming
+from frictgan_windows import amplitudes, friction_of, write_window
 
 from tactogram.datasets import open_store
 from tactogram.datasets.importing import import_dataset
@@ -11,26 +10,9 @@ from tactogram.errors import DataError
 from tactogram_benchmark.importers.frictgan import recovered
 
 
-def amplitudes(friction):
-    """Return what `librosa.stft(friction, n_fft=512, hop_length=128, window="hamming", pad_mode="reflect")` has."""
-    padded = np.pad(friction, 256, mode="reflect")
-    return np.abs([np.fft.rfft(hamming(512, sym=False) * padded[128 * k :][:512]) for k in range(11)]).T
-
-
-def friction_of(seed):
-    rng = np.random.default_rng(seed)
-    return 0.4 + 0.02 * np.sin(np.arange(1280) / 7) + 0.005 * rng.standard_normal(1280)
-
-
 def test_friction_has_the_amplitudes_and_the_level(tmp_path):
-    rng = np.random.default_rng(0)
     for part, fabric, number in (("train", 2, 200), ("train", 2, 201), ("test", 8, 100)):
-        folder = tmp_path / "dataset" / part / str(fabric)
-        for name in ("image", "output_data"):
-            (folder / name).mkdir(parents=True, exist_ok=True)
-        np.savetxt(folder / "output_data" / f"{number}.txt", amplitudes(friction_of(number)))
-        pixels = rng.integers(0, 255, (8, 1024, 3), dtype=np.uint8)
-        Pillow.fromarray(pixels).save(folder / "image" / f"{number}.jpg")
+        write_window(tmp_path / "dataset" / part / str(fabric), number, friction_of(number))
     report = import_dataset("frictgan", tmp_path / "dataset", tmp_path / "s", workers=1)
     store = open_store(tmp_path / "s")
     assert (report["photographs"], "assumed" in report["unverified"]) == (3, True)

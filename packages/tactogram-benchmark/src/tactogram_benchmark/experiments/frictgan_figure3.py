@@ -2,7 +2,8 @@
 
 Adds what the paper calls future work (Sec. 5): the Geometry Score, models without critic or L1 distance, texture-free
 models of friction, and mixes of fabrics. The paper's five fabrics of HapTex are not named; `--data` takes a store of
-them. Distances are blind to phase, see `tactogram.models.frictgan.fabric_evaluation`.
+them, or of the authors' own windows (`tactogram data import frictgan`), whose parts are kept. Distances are blind to
+phase, see `tactogram.models.frictgan.fabric_evaluation`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from torch import Tensor
 
 from tactogram.cli.printing import columns
-from tactogram.datasets import Store, part_examples
+from tactogram.datasets import Examples, Segment, Store, part_examples
 from tactogram.errors import MissingExtraError, ParameterError
 from tactogram.evaluation import COLOURS, save_figure
 from tactogram.features import FrictionBatch
@@ -41,6 +42,8 @@ from tactogram_benchmark.experiments.picture_cells import text_of
 PUBLISHED = (0.006, 0.005, 0.014, 0.005, 0.005)
 """Sec. 4: mean squared error of the fabrics of Figure 3, from top to bottom; "averagely 0.035" is their sum."""
 FABRICS = 5
+PART, TEST = "part", "test"
+"""Label and value of the published test windows (`tactogram_benchmark.importers.frictgan`)."""
 PROPOSED = "frictgan"
 ABLATIONS: Mapping[str, Mapping[str, Any]] = {
     "without critic": {"config.adversarial": 0.0},
@@ -102,6 +105,9 @@ def run(
     """
     store = find_or_simulate(folder / "data", "fabrics", given=data, progress=progress)
     names = fabrics_of(store, fabrics)
+    of, protocol = {"material": "|".join(names)}, dict[str, Any]()
+    if any(info.labels.get(PART) == TEST for info in store.index):
+        of, protocol = of | {PART: f"!{TEST}"}, {"config.protocol": "examples"}
     methods: dict[str, list[dict[str, Any]]] = {}
     runs = {
         (method, seed): Training(
@@ -110,8 +116,8 @@ def run(
             folder / "runs" / f"{method.replace(' ', '-')}-{seed}",
             {
                 "recipe": "paper" if paper else "quick",
-                "changes": {**ABLATIONS.get(method, {}), "seed": seed},
-                "where": {"material": "|".join(names)},
+                "changes": {**protocol, **ABLATIONS.get(method, {}), "seed": seed},
+                "where": of,
                 "split": "all",
             },
         )
@@ -121,8 +127,8 @@ def run(
     for (method, seed), run in trained_runs(runs, on=on, processes=processes, progress=progress):
         for name in (method, *(MODELS if method == PROPOSED else ())):
             methods.setdefault(name, []).append(_cell(folder, run, name, seed))
-    learner, examples = _loaded(folder / "runs" / "frictgan-0")
-    windows = fabric_windows(learner, examples, "test")
+    learner, _, tested = _loaded(folder / "runs" / "frictgan-0")
+    windows = fabric_windows(learner, tested, "test")
     said = f"{store.name}, {learner.config.protocol}"
     save_figure(folder / "figure3.png", _figure3(learner, windows, said))
     save_figure(folder / "mixing.png", _mixing_figure(learner, windows, said))
@@ -131,7 +137,7 @@ def run(
         "figures": ["figure3.png", "mixing.png"],
         **facts_of(store),
         "trainings": trainings,
-        "protocol": learner.config.protocol,
+        "protocol": f"published {PART}s" if protocol else learner.config.protocol,
         "published_mse": PUBLISHED,
         "published_mse_mean": sum(PUBLISHED) / len(PUBLISHED),
         "fabrics": {
@@ -162,21 +168,28 @@ def fabrics_of(store: Store, text: str) -> list[str]:
     return names
 
 
-def _loaded(run: Path) -> tuple[FrictGANLearner, Sequence[Example]]:
-    """Return a model and its training recordings, whose other windows it is tested on."""
+def _loaded(run: Path) -> tuple[FrictGANLearner, Sequence[Example], Sequence[Example]]:
+    """Return a model, its training recordings, and what it is tested on: the published test part, or other windows."""
     loaded = load_run(run)
     store, split = test_part(loaded.run)
-    examples = part_examples(store, split, "train", loaded.as_trained, label=loaded.run.data["label"])
-    return cast("FrictGANLearner", loaded.model), examples
+    trained = part_examples(store, split, "train", loaded.as_trained, label=loaded.run.data["label"])
+    materials = loaded.model.kind.materials
+    published = [
+        Segment(info.id)
+        for info in store.index
+        if info.labels.get(PART) == TEST and info.material in materials
+    ]
+    tested = Examples(store, published, loaded.as_trained) if published else trained
+    return cast("FrictGANLearner", loaded.model), trained, tested
 
 
 def _cell(folder: Path, run: Path, method: str, seed: int) -> dict[str, Any]:
     """Return the figures of one training, or of a texture-free model of its training windows, cached."""
-    learner, examples = _loaded(run)
+    learner, examples, tested = _loaded(run)
     facts = {"run_id": load_run(run).run.data["run_id"], "method": method}
 
     def evaluated() -> dict[str, Any]:
-        windows = fabric_windows(learner, examples, "test")
+        windows = fabric_windows(learner, tested, "test")
         recorded = {name: batch.friction for name, batch in windows.items()}
         if method in MODELS:
             trained = fabric_windows(learner, examples, "train", most=KNOWN)
