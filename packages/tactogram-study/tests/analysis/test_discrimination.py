@@ -21,7 +21,7 @@ def test_the_texture_table_counts_the_people_at_chance():
     assert row["at_chance"] == "2 of 5"  # of 10 answers, 9 or more and 1 or fewer differ from one half at .05
     section = only(analyse(answers, plan=AnalysisPlan({}, alpha=0.005)))
     assert section.tables["share correct per texture"][0]["at_chance"] == "4 of 5"
-    [note] = [note for note in section.notes if note.startswith("at_chance")]
+    [note] = [note for note in section.notes if note.startswith("at chance")]
     assert "exact binomial" in note
     assert "p >= 0.005" in note
 

@@ -9,9 +9,6 @@ from nicegui import app, ui
 from tactogram.rendering import WIDTH_MM, effects
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
-from tactogram_studio.effects.editing import ready_track
-from tactogram_studio.effects.effect import Effect
-from tactogram_studio.effects.files import SavedEffects
 from tactogram_studio.generation.form import GenerationRequest
 from tactogram_studio.generation.runs import GeneratingRuns
 from tactogram_studio.generation.state import PRESSED, MakePageState
@@ -54,9 +51,12 @@ def draw_first_touch(studio: Studio) -> None:
         with kit.busy(f"Making {text} …"):
             if not (understood := understood_of(text, materials)).effect:
                 described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+        if understood.effect and not understood.unknown:
+            open_effect(studio.workspace, understood.effect, text)
+            return
         if understood.effect:
             with offer:
-                (offer_effect if understood.unknown else open_effect)(studio.workspace, understood, text)
+                offer_effect(studio.workspace, understood, text)
             return
         state = MakePageState(studio.workspace, studio.shelf, runs, app.storage.user.setdefault("make", {}))
         state.choose(SHIPPED)
@@ -101,10 +101,7 @@ def draw_first_touch(studio: Studio) -> None:
             ui.link(f"Predict it from a photograph, with {seeing.name}", f"/make?run={quote(seeing.name)}")
 
     def edit(name: str) -> None:
-        identifier = SavedEffects(studio.workspace.studio_folder / "effects").add(
-            Effect(title=EXAMPLES[name].title, tracks=(ready_track(name),))
-        )
-        ui.navigate.to(f"/edit?effect={identifier}")
+        open_effect(studio.workspace, name, EXAMPLES[name].title)
 
     def button(text: str) -> ui.button:
         return ui.button(text).props("flat dense")

@@ -91,7 +91,7 @@ def analyse_discrimination(
         f"of {few} answers "
         + (f"{needed} must be right" if needed else "not even all being right would be enough")
         + " for p < .05",
-        "at_chance: people whose own share for the texture does not differ from one half, by the exact binomial test, "
+        "at chance: people whose own share for the texture does not differ from one half, by the exact binomial test, "
         f"two-sided, p >= {alpha:g}, uncorrected",
     )
     return section_of(

@@ -212,7 +212,7 @@ def _compact(rows: list[dict[str, object]]) -> tuple[list[str], list[list[object
 
 
 def _sentence(text: str) -> str:
-    return text[0].upper() + text[1:].replace("t_chance", "t chance")
+    return text[0].upper() + text[1:]
 
 
 def _interval(f: Finding) -> str:

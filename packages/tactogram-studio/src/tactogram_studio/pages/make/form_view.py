@@ -199,13 +199,15 @@ def draw_text(state: MakePageState) -> None:
 def offer_effect(workspace: Workspace, understood: Understanding, text: str) -> None:
     """Draw the effect that a text names, and a button that opens it."""
     kit.hint(_sentence(understood))
-    button = ui.button("Open it on the page Edit", on_click=lambda: open_effect(workspace, understood, text))
+    button = ui.button(
+        "Open it on the page Edit", on_click=lambda: open_effect(workspace, understood.effect, text)
+    )
     button.props("outline dense").classes("my-1")
 
 
-def open_effect(workspace: Workspace, understood: Understanding, text: str) -> None:
-    """Open the effect that a text names on the page Edit, as a new one that is called as it was typed."""
-    effect = Effect(title=text[:120], tracks=(ready_track(understood.effect),))
+def open_effect(workspace: Workspace, name: str, title: str) -> None:
+    """Open a new effect on the page Edit: the ready one of that name, under a title such as the typed text."""
+    effect = Effect(title=title[:120], tracks=(ready_track(name),))
     identifier = SavedEffects(workspace.studio_folder / "effects").add(effect)
     ui.navigate.to(f"/edit?effect={identifier}")
 
