@@ -17,7 +17,7 @@ ARGUMENTS = ("studio", "--port", "0", "--no-open", "--folder", ".")
 PAGES = ("Make", "Touch", "Edit", "Materials", "Train", "Send", "Live", "Studies", "Reports")
 
 
-WIDTH = "document.documentElement.scrollWidth"
+WIDTH = "document.fonts.ready.then(() => document.documentElement.scrollWidth)"
 
 
 @pytest.fixture(scope="module")
