@@ -1,5 +1,7 @@
 """The label predictor: its head, its learning rate, and what is done to photographs before it sees them."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 import torch
@@ -105,3 +107,18 @@ def test_learning_rate_of_the_predictor_halves_every_five_epochs():
         training.step((epoch * 7, *batch), epoch_steps=7, unseen=None)
         rates[epoch] = training.optimiser.param_groups[0]["lr"]
     assert rates == {0: 2e-4, 4: 2e-4, 5: 1e-4, 9: 1e-4, 10: 5e-5, 29: 2e-4 / 32}
+
+
+def test_the_most_accurate_weights_on_unseen_photographs_are_kept_the_later_of_equal_ones(monkeypatch):
+    """Sec. 3.2: "the model with the best score on the validation set is integrated into the main architecture"."""
+    training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
+    accuracies = iter([0.5, 0.9, 0.9, 0.7])
+    monkeypatch.setattr(training, "accuracy", lambda unseen: next(accuracies))
+    batch, after = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]]), []
+    for number in range(4):
+        training.step((number, *batch), epoch_steps=1, unseen=())
+        after.append(deepcopy(training.bare.state_dict()))
+    training.settle()
+    kept = training.bare.state_dict()
+    same = [all(torch.equal(kept[name], each[name]) for name in kept) for each in after]
+    assert same == [False, False, True, False]

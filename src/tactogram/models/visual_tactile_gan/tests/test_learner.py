@@ -77,6 +77,7 @@ def test_generator_is_table_1():
         seen = layers(network, torch.empty(2, 1, 256, 256), torch.empty(2, 9))
     assert seen == TABLE_1
     assert sum(p.numel() for p in network.parameters()) == 54_418_049
+    assert not any(isinstance(module, nn.Dropout) for module in network.modules())  # Table 1 lists none
 
 
 def test_discriminators_are_table_2():
