@@ -52,6 +52,21 @@ def test_parameter_counts(published):
     assert sum(p.numel() for p in published[1].parameters()) == 3_291_009
 
 
+def test_each_layer_is_a_convolution_with_batch_normalisation_and_a_rectifier(published):
+    """Sec. 3.1: "For each layer in the generator, … convolution/deconvolution, batch normalization, and ReLU units"."""
+    generator, critic = published
+
+    def kinds(layers):
+        return [type(layer).__name__ for layer in layers if not isinstance(layer, nn.Dropout)]
+
+    assert [kinds(layer) for layer in generator.encoder] == [["SamePaddedConv", "BatchNorm2d", "ReLU"]] * 7
+    assert [kinds(layer) for layer in generator.decoder] == [
+        ["CroppedTransposedConv", "BatchNorm2d", "ReLU"]
+    ] * 5
+    inner = kinds(critic.layers)[:-1]
+    assert (inner[1::3], inner[2::3]) == (["BatchNorm2d"] * 4, ["LeakyReLU"] * 4)
+
+
 def test_dropout_is_in_the_last_three_layers_of_the_encoder(published):
     shares = [m.p for m in published[0].encoder.modules() if isinstance(m, nn.Dropout)]
     assert shares == [0, 0, 0, 0, 0.5, 0.5, 0.5]
