@@ -78,6 +78,7 @@ def test_region_split_shares_no_pixel_between_a_long_and_a_short_recording_of_on
 
 
 def test_a_window_is_paired_with_the_friction_under_it():
+    """Cai et al. 2020, Sec. 4: "one-to-one corresponding relations between images and amplitude spectrograms"."""
     pairs = RegisteredPairs([ramp()], PhotoWindows(protocol="examples", **SMALL))
     batch = pairs.batch(range(len(pairs)))
     seen, felt = columns_of(batch)

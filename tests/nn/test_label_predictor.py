@@ -21,6 +21,7 @@ def photographs(count=6, side=16):
 
 
 def test_without_scale_and_rotation_only_flips_remain():
+    """Neshov et al. 2026, Sec. 3.1: "horizontal and vertical flipping, random rotation, random erasing, and mixup"."""
     photo = photographs()
     got = moved(photo, scale=1.0, rotation_deg=0.0, rng=np.random.default_rng(0))
     seen = set()
@@ -33,7 +34,10 @@ def test_without_scale_and_rotation_only_flips_remain():
 
 
 def test_scaled_photographs_are_crops_of_the_original():
-    """A ramp scaled by s has 1/s of its slope, and never leaves the range it had."""
+    """A ramp scaled by s has 1/s of its slope, and never leaves the range it had.
+
+    Sec. 3.1: "scaling the images by factors sampled uniformly from the range [1, 1.5]".
+    """
     ramp = torch.linspace(-0.9, 0.9, 32).expand(64, 1, 32, 32)
     got = moved(ramp, scale=1.5, rotation_deg=0.0, rng=np.random.default_rng(0))
     slopes = (got[:, 0, 16, 20] - got[:, 0, 16, 12]).abs() / (ramp[0, 0, 0, 20] - ramp[0, 0, 0, 12])
@@ -85,6 +89,7 @@ def test_rotation_stays_within_its_limit(rotation):
 
 
 def test_label_predictor_has_the_published_head():
+    """Neshov et al. 2026, Sec. 3.1: "reduces the dimensionality from 1920 to 256", "default negative slope of 0.01"."""
     try:
         with torch.device("meta"):
             network = LabelPredictor(PredictorConfig(), 9)
@@ -100,6 +105,7 @@ def test_label_predictor_has_the_published_head():
 
 
 def test_learning_rate_of_the_predictor_halves_every_five_epochs():
+    """Neshov et al. 2026, Sec. 3.2: a scheduler "halves the learning rate every 5 epochs"."""
     training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
     batch = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]])
     rates = {}

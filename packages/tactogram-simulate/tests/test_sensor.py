@@ -97,6 +97,7 @@ def stable(recording):
 
 
 def test_a_measurement_has_the_layout_of_the_study(grooved):
+    """Hatori & Takemura 2023, Sec. III-B: "four strain gauges providing four vibration data"."""
     strain = grooved.stream("strain")
     assert (strain.rate, strain.unit, strain.axes) == (10_000.0, "V", ("g1", "g2", "g3", "g4"))
     assert len(strain) == 25_000

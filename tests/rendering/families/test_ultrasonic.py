@@ -110,6 +110,7 @@ def test_friction_is_least_where_the_amplitude_is_largest():
 
 
 def test_a_waveform_through_the_simulated_transducer_has_its_envelope():
+    """Hatori & Takemura 2023, Sec. III-C: "inputting amplitude-modulated waves into the ultrasonic transducer"."""
     s = Settings(q=100, pre_emphasis=True)
     drive, _ = modulated(texture(), s, rate=500_000)
     e, _ = modulated(texture(), s.model_copy(update={"output": "envelope"}), rate=50_000)

@@ -12,6 +12,7 @@ from tactogram_benchmark.experiments.stroke_gan_mixing import SEEN
 
 
 def test_the_textures_are_those_of_the_simulated_set():
+    """Saga et al., Sec. III-B: "nine types of textures", Figs. 7 to 9."""
     from tactogram_simulate.materials import STROKING_9
 
     names = {surface.name for surface in STROKING_9}

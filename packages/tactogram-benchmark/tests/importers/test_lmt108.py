@@ -26,6 +26,7 @@ def write_lines(path, values):
 
 class TestLmt108:
     def test_files_are_told_by_their_names(self, tmp_path):
+        """Neshov et al. 2026, Sec. 4.1: "triaxial acceleration signals (X, Y, Z)", "sampled at 10 kHz"."""
         source = tmp_path / "lmt"
         rng = np.random.default_rng(0)
         written = {}
@@ -111,6 +112,7 @@ class TestLmt108Photographs:
         return source
 
     def test_photographs_without_flash_belong_to_their_material(self, source, tmp_path):
+        """Neshov et al. 2026, Sec. 4.1: "only the non-flash variants of the images are considered"."""
         report, store = imported_alone("lmt108", source, tmp_path)
         assert (report["recordings"], report["photographs"]) == (4, 4)
         sources = list(store.facts.photographs["G4Bamboo"].values())

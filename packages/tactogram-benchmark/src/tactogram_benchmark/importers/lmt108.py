@@ -139,7 +139,8 @@ def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
 
 
 def _is_wanted(material: str, of_part: str, materials: str, part: str) -> bool:
-    return all(not given or name in given.split(",") for name, given in ((material, materials), (of_part, part)))
+    asked = ((material, materials), (of_part, part))
+    return all(not given or name in given.split(",") for name, given in asked)
 
 
 def _sibling(path: Path, axis: str, other: str) -> Path:

@@ -134,6 +134,7 @@ def test_standardising_takes_gravity_and_level_away():
 
 
 def test_every_window_is_equally_likely():
+    """Saga et al., Sec. II-B: "randomly extracted from the collected acceleration information"."""
     data = [
         Example("short", Signal(np.zeros((1, 12)), 10, "1"), "a"),
         Example("long", Signal(np.arange(19.0), 10, "1"), "b"),

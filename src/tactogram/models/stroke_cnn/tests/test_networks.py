@@ -14,6 +14,7 @@ def small(**changes):
 
 
 def test_layers_have_the_shapes_of_the_paper():
+    """Saga et al., Sec. II-C: "The input of CNN is 3×200 acceleration data, and the output is 1×30"."""
     network = StrokeCNN(Config(), axes=3, classes=30)
     shapes = []
     for layer in network.convolutions:
@@ -28,6 +29,7 @@ def test_layers_have_the_shapes_of_the_paper():
 
 
 def test_the_network_has_thirteen_layers_and_their_weights():
+    """Saga et al., Sec. II-B: "constructed a 13-layered network"."""
     network = StrokeCNN(Config(), axes=3, classes=30)
     convolutions = [m for m in network.modules() if isinstance(m, torch.nn.Conv2d)]
     assert [(m.in_channels, m.out_channels, m.kernel_size) for m in convolutions] == [
