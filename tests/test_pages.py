@@ -129,6 +129,27 @@ def test_a_page_is_short_enough_to_be_read(page):
     assert wide_cells(text) == []
 
 
+def statements_of(text):
+    """Return the rows of a paper's tables: section, statement, state, where it is checked or what is missing."""
+    rows = [re.split(r" *\| *", line)[1:-1] for line in text.splitlines() if line.startswith("|")]
+    return [row for row in rows if row[0] != "Section" and set(row[0]) != {"-"}]
+
+
+@pytest.mark.parametrize("page", [path.stem for path in sorted(DOCS.glob("paper-*.md"))])
+def test_statements_of_a_paper_name_tests_and_results_that_are_there(page):
+    statements = statements_of(text_of(page))
+    assert {state for _, _, state, _ in statements} == {"tested", "differs", "not here"}
+    for _, statement, state, here in statements:
+        named = re.findall(r"\[`(test_\w+)`\]\((\S+)\)", here)
+        assert here, statement
+        assert named or state != "tested", statement
+        for name, file in named:
+            source = (DOCS / file).read_text(encoding="utf-8")
+            assert re.search(rf"^ *def {name}\(", source, re.MULTILINE), f"{file}: {name}"
+        for file in re.findall(r"`(\S+\.json)`", here):
+            assert list((ROOT / "benchmarks" / "reproduced").glob(file)), file
+
+
 def test_a_cell_is_measured_as_it_is_read():
     link = f"[{'a' * CELL}](https://b.c)"
     assert wide_cells(f"| one | {link} |\n{'x' * 200}") == []

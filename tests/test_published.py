@@ -2,13 +2,20 @@
 
 import pytest
 
+from tactogram.datasets import WORDS
+from tactogram.models.ultrasonic_cgan.config import GROUPS
 from tactogram.workflows.results_table import table
 from tactogram_benchmark.experiments import (
+    cross_modal,
     frictgan_figure3,
     stroke_cnn_table2,
+    tactile_image_cgan_figure4,
+    ultrasonic_cgan_figure7,
+    ultrasonic_cgan_selection,
     visual_tactile_gan_table3,
     visual_tactile_gan_table4,
 )
+from tactogram_simulate.materials import PLATES
 
 TABLE_II = {"100": 89.0, "200": 88.0, "400": 93.2, "mixed": 88.9}
 """Saga et al. 2020: windows classified correctly, %."""
@@ -81,3 +88,25 @@ def test_frictgans_average_is_a_sum(rows):
     assert frictgan_figure3.PUBLISHED == FABRICS
     assert set(published(rows, "frictgan", "sum over fabrics")) == {round(sum(FABRICS), 6)}
     assert set(published(rows, "frictgan", "mean over fabrics")) == {round(sum(FABRICS) / 5, 6)}
+
+
+def test_groups_and_people_of_hatori_and_takemura(rows):
+    """Sec. IV-C: "Groups A to D were used to train the model successfully"; V-A: B, C and D significantly better."""
+    assert {letter: count for count, letter in GROUPS.items()} == ultrasonic_cgan_figure7.GROUPS
+    succeeded = [letter for letter, well in ultrasonic_cgan_selection.PUBLISHED.items() if well]
+    assert succeeded == ["A", "B", "C", "D"]
+    assert set(published(rows, "ultrasonic_cgan", "groups whose training succeeded")) == {len(succeeded)}
+    assert ultrasonic_cgan_figure7.SIGNIFICANT == ("B", "C", "D")
+    assert ultrasonic_cgan_figure7.PEOPLE * len(PLATES) * len(WORDS) == 2400  # Fig. 7: "n = 2,400"
+
+
+def test_errors_and_people_of_hatori_et_al(rows):
+    """Abstract: "reduced the mean absolute error … from 2.2 to 1.6"; Sec. III-B: weights 1, 1,000 and 5,000."""
+    assert cross_modal.PUBLISHED == {"weight 5000": 1.6, "without models": 2.2}
+    assert set(published(rows, "tactile_image_cgan", "MAE with image and vibration")) == {1.6}
+    assert published(rows, "ultrasonic_cgan", "mean absolute error") == [2.2]
+    assert cross_modal.PUBLISHED_BETTER == (1, 1000, 5000)
+    assert cross_modal.PUBLISHED_WORDS == (3, 8, ("rugged", "uneven"))
+    assert cross_modal.PEOPLE * len(PLATES) * len(WORDS) == 2400  # Figs. 5 and 6: "n = 2,400"
+    assert list(tactile_image_cgan_figure4.PUBLISHED) == [1, 1000, 5000, 10000]
+    assert tactile_image_cgan_figure4.TRIALS == 2  # Fig. 4: "Images from two trials"

@@ -19,6 +19,7 @@ def curves(losses, rates):
 
 
 def test_selects_the_smallest_loss_where_the_smoothed_rate_is_40_to_60_percent():
+    """Hatori & Takemura 2023, Sec. IV-C: correct "between 40% and 60%"."""
     losses = [9.0, 5.0, 0.1, 3.0, 0.7, 2.0, 0.2]
     rates = [1.0, 1.0, 1.0, 0.3, 0.3, 0.5, 0.9]
     # Smoothed: -, -, 1, 0.767, 0.533, 0.367, 0.567
@@ -40,6 +41,7 @@ def test_training_fails_if_the_discriminator_is_always_wrong():
 
 
 def test_a_loss_of_zero_is_never_selected():
+    """Hatori & Takemura 2023, Sec. IV-C: "the generator's loss was the smallest non-zero value"."""
     losses, rates = curves([0, 0, 0, 0.4, 0], [0.5] * 5)
     assert choose(losses, rates, RULE) == SelectedIteration(4, 0.4, 0.5)
     assert choose(np.zeros(5), rates, RULE) is None

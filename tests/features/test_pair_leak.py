@@ -30,6 +30,7 @@ def test_source_split_leaks_nothing():
 
 
 def test_crop_split_leaks_siblings_and_no_crop():
+    """Neshov et al. 2026, Sec. 4.1: "avoid any overlap of images or spectrograms between subsets", which are crops."""
     train, test = (pairs(PARTS, protocol="crop-split", part=p) for p in ("train", "test"))
     leak = pair_leak(train, test)
     assert leak.photo_known > 0.9

@@ -19,6 +19,7 @@ PLAIN = {"flips": False, "brightness": 0.0, "contrast": 0.0}
 
 
 def test_defaults_are_the_papers():
+    """Neshov et al. 2026, Sec. 4.1: "augmentation ten times", crops of "256 × 256", "converted to grayscale"."""
     crops = PhotoCrops()
     made = crops.random(photo(), rng())
     assert made.shape == (1, 256, 256)
@@ -37,6 +38,7 @@ def test_the_place_is_drawn_first_and_covers_the_photograph():
 
 
 def test_flips_are_left_right_and_up_down():
+    """Neshov et al. 2026, Sec. 4.1: "random horizontal and vertical flipping"."""
     crops = PhotoCrops(crop=32, size=32, grayscale=False, brightness=0.0, contrast=0.0)
     image = photo(rows=32, columns=32)
     whole = image.pixels.transpose(2, 0, 1)
@@ -86,6 +88,7 @@ def test_a_smaller_size_is_the_mean_of_pixels():
 
 
 def test_black_is_minus_one_and_white_is_one():
+    """Neshov et al. 2026, Sec. 4.1: "All data are normalized to the range" of -1 to 1."""
     assert to_network(np.array([0, 255], np.uint8)).tolist() == [-1.0, 1.0]
 
 

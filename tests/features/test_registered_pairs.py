@@ -40,8 +40,9 @@ def test_a_photograph_of_2362_pixels_holds_670_windows_of_which_600_are_taken():
 
 
 def test_window_split_is_400_100_100_of_each_photograph_and_leaks():
+    """Cai et al., Sec. 4: "2000, 500, 500 pairs" of five fabrics."""
     parts = [PUBLISHED.lefts(2362, part) for part in PARTS]
-    assert [len(p) for p in parts] == [400, 100, 100]
+    assert [5 * len(p) for p in parts] == [2000, 500, 500]
     assert len(np.unique(np.concatenate(parts))) == 600
     neighbours = np.abs(parts[2][:, None] - parts[0][None]).min(1)
     assert (
@@ -77,6 +78,7 @@ def test_region_split_shares_no_pixel_between_a_long_and_a_short_recording_of_on
 
 
 def test_a_window_is_paired_with_the_friction_under_it():
+    """Cai et al. 2020, Sec. 4: "one-to-one corresponding relations between images and amplitude spectrograms"."""
     pairs = RegisteredPairs([ramp()], PhotoWindows(protocol="examples", **SMALL))
     batch = pairs.batch(range(len(pairs)))
     seen, felt = columns_of(batch)

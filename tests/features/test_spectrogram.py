@@ -218,11 +218,13 @@ T = torch.arange(1280, dtype=torch.float64)
 
 
 def test_published_size():
+    """Cai et al. 2020, Sec. 4: "the size of 257 × 11 amplitude spectrogram"."""
     assert (PUBLISHED.bins, PUBLISHED.frames, PUBLISHED.length) == (257, 11, 1280)
     assert PUBLISHED.encode(torch.ones(2, 1280)).shape == (2, 257, 11)
 
 
 def test_amplitudes_are_those_of_frames_with_mirrored_ends():
+    """Cai et al. 2020, Sec. 4: "a 512-hamming window and a 128-hop size"."""
     x = 0.4 + 0.1 * torch.randn(1280, generator=torch.Generator().manual_seed(0), dtype=torch.float64)
     mirrored = np.pad(x.numpy(), 256, mode="reflect")
     frames = [get_window("hamming", 512) * mirrored[128 * k :][:512] for k in range(11)]
@@ -237,6 +239,7 @@ def test_amplitudes_are_those_of_frames_with_mirrored_ends():
     seed=st.integers(0, 99),
 )
 def test_a_constant_plus_ripple_is_recovered_with_its_mean(level, ripple, cycles, seed):
+    """Cai et al. 2020, Sec. 3.1: the spectrogram "is converted into the wave format by the Griffin-Lin algorithm"."""
     x = level * (1 + ripple * torch.sin(2 * np.pi * cycles * T))
     back = PUBLISHED.decode(PUBLISHED.encode(x), seed=seed)
     assert float(back.mean()) == pytest.approx(float(x.mean()), rel=5e-3)

@@ -38,6 +38,7 @@ def test_a_recording_of_the_paper_has_257_x_376_magnitudes_and_121_crops_of_256_
 
 
 def test_the_window_is_the_papers():
+    """Neshov et al. 2026, Sec. 4.1: "a 512-point Hamming window and a hop size of 128"."""
     x = noise(48_000).numpy()
     _, _, s = scipy_signal.stft(
         x, nperseg=512, noverlap=512 - 128, window=scipy_signal.get_window("hamming", 512), boundary="zeros"
@@ -66,6 +67,7 @@ def test_encode_is_the_crop_of_samples_of_that_length():
 
 
 def test_resizing_comes_before_the_logarithm_as_in_the_paper():
+    """Neshov et al. 2026, Sec. 4.1: "resized to 256 × 256 and then transformed into the logarithmic scale"."""
     a = amplitudes(PAPER, noise(48_000))
     rows = torch.nn.functional.interpolate(
         a[None, None], (256, 256), mode="bilinear", antialias=True, align_corners=False

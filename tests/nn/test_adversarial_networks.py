@@ -50,6 +50,7 @@ def test_adversarial_loss_by_hand():
 
 
 def test_feature_matching_by_hand_leaves_the_score_out_and_the_real_ones_alone():
+    """Neshov et al. 2026, Sec. 3.1: "from all discriminator layers (excluding the final layer)"."""
     real = [[torch.zeros(2, requires_grad=True), torch.zeros(1), torch.full((1,), 9.0)] for _ in range(2)]
     made = [[torch.tensor([1.0, 3.0]), torch.tensor([-4.0]), torch.zeros(1)],
             [torch.tensor([0.0, 0.0]), torch.tensor([2.0]), torch.zeros(1)]]  # fmt: skip
@@ -92,6 +93,7 @@ def largest(made, real):
     ],
 )
 def test_the_learning_rate_stays_then_falls_linearly(constant, expected):
+    """Neshov et al. 2026, Sec. 3.2: rates fall "across the final 100 of the 200 total training epochs"."""
     gan = pair(constant=constant)
     gan.generator.eval()
     for done, rate in expected.items():

@@ -40,6 +40,7 @@ def test_state_is_restored():
 
 
 def test_initial_weights_are_normal_with_the_given_gain():
+    """Neshov et al. 2026, Sec. 3.2: "initialized using a normal distribution with a gain of 0.02"."""
     torch.manual_seed(0)
     network = nn.Sequential(nn.Conv2d(8, 64, 4), nn.BatchNorm2d(64), nn.ConvTranspose2d(64, 8, 4))
     normal_(network, 0.02)

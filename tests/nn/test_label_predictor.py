@@ -1,5 +1,7 @@
 """The label predictor: its head, its learning rate, and what is done to photographs before it sees them."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 import torch
@@ -19,6 +21,7 @@ def photographs(count=6, side=16):
 
 
 def test_without_scale_and_rotation_only_flips_remain():
+    """Neshov et al. 2026, Sec. 3.1: "horizontal and vertical flipping, random rotation, random erasing, and mixup"."""
     photo = photographs()
     got = moved(photo, scale=1.0, rotation_deg=0.0, rng=np.random.default_rng(0))
     seen = set()
@@ -31,7 +34,10 @@ def test_without_scale_and_rotation_only_flips_remain():
 
 
 def test_scaled_photographs_are_crops_of_the_original():
-    """A ramp scaled by s has 1/s of its slope, and never leaves the range it had."""
+    """A ramp scaled by s has 1/s of its slope, and never leaves the range it had.
+
+    Sec. 3.1: "scaling the images by factors sampled uniformly from the range [1, 1.5]".
+    """
     ramp = torch.linspace(-0.9, 0.9, 32).expand(64, 1, 32, 32)
     got = moved(ramp, scale=1.5, rotation_deg=0.0, rng=np.random.default_rng(0))
     slopes = (got[:, 0, 16, 20] - got[:, 0, 16, 12]).abs() / (ramp[0, 0, 0, 20] - ramp[0, 0, 0, 12])
@@ -83,6 +89,7 @@ def test_rotation_stays_within_its_limit(rotation):
 
 
 def test_label_predictor_has_the_published_head():
+    """Neshov et al. 2026, Sec. 3.1: "reduces the dimensionality from 1920 to 256", "default negative slope of 0.01"."""
     try:
         with torch.device("meta"):
             network = LabelPredictor(PredictorConfig(), 9)
@@ -98,6 +105,7 @@ def test_label_predictor_has_the_published_head():
 
 
 def test_learning_rate_of_the_predictor_halves_every_five_epochs():
+    """Neshov et al. 2026, Sec. 3.2: a scheduler "halves the learning rate every 5 epochs"."""
     training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
     batch = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]])
     rates = {}
@@ -105,3 +113,18 @@ def test_learning_rate_of_the_predictor_halves_every_five_epochs():
         training.step((epoch * 7, *batch), epoch_steps=7, unseen=None)
         rates[epoch] = training.optimiser.param_groups[0]["lr"]
     assert rates == {0: 2e-4, 4: 2e-4, 5: 1e-4, 9: 1e-4, 10: 5e-5, 29: 2e-4 / 32}
+
+
+def test_the_most_accurate_weights_on_unseen_photographs_are_kept_the_later_of_equal_ones(monkeypatch):
+    """Sec. 3.2: "the model with the best score on the validation set is integrated into the main architecture"."""
+    training = PredictorTraining(PredictorConfig(trunk="own", hidden=4), 2, device=torch.device("cpu"))
+    accuracies = iter([0.5, 0.9, 0.9, 0.7])
+    monkeypatch.setattr(training, "accuracy", lambda unseen: next(accuracies))
+    batch, after = (torch.rand(4, 1, 16, 16), torch.eye(2)[[0, 1, 0, 1]]), []
+    for number in range(4):
+        training.step((number, *batch), epoch_steps=1, unseen=())
+        after.append(deepcopy(training.bare.state_dict()))
+    training.settle()
+    kept = training.bare.state_dict()
+    same = [all(torch.equal(kept[name], each[name]) for name in kept) for each in after]
+    assert same == [False, False, True, False]

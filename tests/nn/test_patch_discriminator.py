@@ -43,6 +43,7 @@ def test_patches_are_as_large_as_published(layers, patch):
 
 
 def test_each_discriminator_sees_half_the_resolution_and_edges_count_fully():
+    """Neshov et al. 2026, Sec. 3.1: average pooling reduces "spatial resolution by a factor of two at each stage"."""
     network = MultiScaleDiscriminator(count=3, into=1, layers=1, width=2, norm="none")
     seen = []
     for discriminator in network.discriminators:

@@ -36,6 +36,7 @@ def block_form(unet, x, given):
 
 
 def test_unet_is_the_nested_one_of_pix2pix():
+    """Neshov et al. 2026, Sec. 3.1: "a standard U-Net architecture based on the pix2pix framework"."""
     torch.manual_seed(0)
     unet = UNet(into=1, out=2, widths=(3, 4, 5), bottleneck=ConditionalBatchNorm(5, 2)).eval()
     x, label = rand(3, 1, 16, 24), torch.eye(2)[[0, 1, 1]]

@@ -23,6 +23,7 @@ def examples(count=6, side=20):
 
 
 def test_a_label_is_the_share_of_raters_for_whom_a_word_was_evoked():
+    """Hatori et al. 2025, Sec. II-B: whether sensations "were “evoked” or “not evoked” when viewing the images"."""
     rated = ItemRatings(WORDS, ("a", "b", "c"), np.array([[1, 0], [1, np.nan], [0, 0]]))
     one = ImageExample("p", (Image(np.zeros((16, 16, 3), np.uint8)),), "image", rated)
     images = LabelledImages.of([one, one], WORDS, 16)
@@ -30,6 +31,7 @@ def test_a_label_is_the_share_of_raters_for_whom_a_word_was_evoked():
 
 
 def test_pixels_go_to_tanh_and_back():
+    """Hatori et al. 2025, Sec. II-C: "The output is then converted to the range [0, 255]"."""
     pixels = np.arange(256, dtype=np.uint8)
     assert (as_floats(pixels).min(), as_floats(pixels).max()) == (-1, 1)
     np.testing.assert_array_equal(as_pixels(as_floats(pixels)), pixels)

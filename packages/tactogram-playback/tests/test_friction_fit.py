@@ -16,6 +16,7 @@ def simulated_pairs(k_e=2e-5, *, seed=0, noise=0.01, repeats=8, person="p1", exp
 
 
 def test_pairs_without_noise_give_their_constants_back():
+    """Cai et al. 2020, Sec. 5: a regression "between the driven voltages and the frictional coefficients"."""
     found = calibrated(simulated_pairs(noise=0))
     assert (found.mu_0, found.newton_per_v2) == (pytest.approx(0.3), pytest.approx(2e-5))
     assert found.exponent == pytest.approx(2, abs=1e-4)

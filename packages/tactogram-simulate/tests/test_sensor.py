@@ -52,6 +52,12 @@ def test_the_sensor_has_steps_range_noise_and_losses():
     assert loud.samples.max() <= 16 * GRAVITY + 0.01
 
 
+def test_a_wireless_sensor_sends_33_packets_of_ten_values_and_a_wired_one_has_1_khz():
+    """Saga et al., Sec. II-A: "ten consecutive measurement values are stored in one packet", 33 Hz, so 330 Hz."""
+    assert (wireless().packet, wireless().rate) == (10, 10 * 33)
+    assert (wired().packet, wired().rate) == (1, 1000)  # Sec. III-B
+
+
 def test_lost_packets_add_nothing_that_was_not_there():
     rng = np.random.default_rng(0)
     shaken = 20 * rng.standard_normal((3, 80_000))
@@ -91,6 +97,7 @@ def stable(recording):
 
 
 def test_a_measurement_has_the_layout_of_the_study(grooved):
+    """Hatori & Takemura 2023, Sec. III-B: "four strain gauges providing four vibration data"."""
     strain = grooved.stream("strain")
     assert (strain.rate, strain.unit, strain.axes) == (10_000.0, "V", ("g1", "g2", "g3", "g4"))
     assert len(strain) == 25_000

@@ -46,6 +46,7 @@ def test_a_recording_says_what_it_is():
 
 
 def test_the_layouts_are_those_of_the_paper():
+    """Saga et al., Sec. II-C: "30 types of combinations between the objects and contactors"."""
     todo = tasks("stroking30", seed=0)
     assert len({(t.surface, t.contactor) for t in todo}) == 30
     assert {t.speed_mm_s for t in todo} == {100.0, 200.0, 400.0}

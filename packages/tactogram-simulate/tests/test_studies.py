@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 from scipy.fft import rfft
 
-from tactogram_simulate.studies import drives
+from tactogram_simulate.materials import PLATES
+from tactogram_simulate.studies import COUNT, IMAGE_SETS, PER_FAMILY, RATERS, drives
+from tactogram_simulate.tactile_images import FAMILIES
 
 
 def test_39_different_signals_of_full_scale_and_one_second():
@@ -16,6 +18,12 @@ def test_39_different_signals_of_full_scale_and_one_second():
         assert (len(x), d.signal.rate, d.signal.unit, d.signal.axes) == (10_000, 10_000.0, "1", ("drive",))
         assert np.abs(x).max() == pytest.approx(d.level)
         assert abs(x.mean()) < 1e-6
+
+
+def test_as_many_people_answer_as_in_the_papers():
+    """2023, Sec. III: "384 instances", "1248 instances"; 2025, Sec. II-B: "37 participants", "320 images"."""
+    assert (RATERS["ultrasonic"] * len(PLATES), RATERS["ultrasonic"] * COUNT) == (384, 1248)
+    assert (RATERS["tactile_images"], PER_FAMILY * len(FAMILIES), IMAGE_SETS) == (37, 320, 4)
 
 
 def test_further_signals_continue_the_39():

@@ -1,15 +1,20 @@
 import json
+import re
 import tomllib
 from pathlib import Path
 
 import pytest
 
+from tactogram.datasets import WORDS
 from tactogram.errors import DataError, ParameterError
+from tactogram_simulate.materials import STROKING_9
+from tactogram_study.designs import designs
 from tactogram_study.session.progress import consent_sha256, next_page
 from tactogram_study.simulated_participants import simulated_answers
 from tactogram_study.study_file import Study, shipped_studies
 from tactogram_study.trials import PageAnswers, Participant
 from tactogram_study.wording import wordings
+from tactogram_study.workflows.studies import planned_minutes
 
 
 @pytest.mark.parametrize("name", shipped_studies())
@@ -23,16 +28,67 @@ def test_a_shipped_study_has_each_language_and_comes_back_from_its_values(name):
     assert all(stimulus.is_simulated or stimulus.text for stimulus in study.all_stimuli)
 
 
-def test_the_shipped_studies_have_the_numbers_of_the_papers():
-    two = Study.load("two-area")
-    assert len({stimulus.item for stimulus in two.all_stimuli}) == 9
-    assert (two.design.repeats, two.design.speed_mm_s, two.design.vas_mm, two.trials) == (10, 500, 100, 90)
-    assert two.after
-    image = Study.load("image-words")
-    assert (len(image.all_stimuli), image.design.image_mm, len(image.design.words)) == (48, 30, 10)
-    assert (image.design.low, image.design.high) == (1, 7)
-    evoked = Study.load("evoked-words")
-    assert (len(evoked.all_stimuli), evoked.design.set_size, evoked.trials) == (320, 80, 80)
+def test_the_two_area_study_has_the_numbers_of_saga_et_al():
+    """Sec. IV-A: a target of "500 mm/s", "a 100 mm long Visual Analog Scale", "Ten trials … for each texture"."""
+    study = Study.load("two-area")
+    assert {stimulus.item for stimulus in study.all_stimuli} == {surface.name for surface in STROKING_9}
+    assert {stimulus.condition for stimulus in study.all_stimuli} == {"recorded", "generated"}
+    design = study.design
+    assert (design.speed_mm_s, design.vas_mm, design.repeats, study.trials) == (500, 100, 10, 90)
+    assert (design.asked_for, design.realism, design.sides) == ("generated", True, "random")
+    assert {question.id for question in study.after} == {"told_apart", "comment"}
+
+
+def test_a_person_takes_about_as_long_as_stated_in_the_two_area_study():
+    """Saga et al., Sec. IV-A: "It took about one hour to complete the experiment"; ten people took part."""
+    assert planned_minutes(Study.load("two-area")) == pytest.approx(60, rel=0.15)
+    table = designs()["two_area"].power["two_area"]
+    assert 10 in table.participants
+    assert Study.load("two-area").trials in table.trials
+
+
+@pytest.mark.parametrize(
+    ("name", "conditions", "trials"),
+    [
+        ("plate-words", {""}, 12),
+        ("display-words", {"sensor", "A", "B", "C", "D"}, 60),
+        ("image-words", {"1", "1000", "5000", "10000"}, 48),
+    ],
+)
+def test_studies_of_words_have_the_numbers_of_hatori_et_al(name, conditions, trials):
+    """2023, Sec. III-A: ten words "on a 7-point unipolar scale", random order; 2025, Sec. II-D: "48 conditions"."""
+    study = Study.load(name)
+    assert {stimulus.condition for stimulus in study.all_stimuli} == conditions
+    assert (study.trials, study.order) == (trials, "random")
+    assert {stimulus.item for stimulus in study.all_stimuli} == {f"plate{n:02d}" for n in range(1, 13)}
+    assert (study.design.words, study.design.low, study.design.high) == (WORDS, 1, 7)
+    assert study.design.image_mm == 30  # 2025, Sec. II-D: "30 mm square"
+
+
+def test_the_study_of_evoked_words_has_the_numbers_of_hatori_et_al():
+    """2025, Sec. II-B: "320 images were divided into four sets, each containing 80 images", in random order."""
+    study = Study.load("evoked-words")
+    assert (len(study.all_stimuli), study.design.set_size, study.trials, study.order) == (
+        320,
+        80,
+        80,
+        "random",
+    )
+    assert study.design.words == WORDS
+    asked = study.design.word_question("rough", study.all_stimuli[0])
+    assert asked.values == {"evoked": 1, "not evoked": 0}
+    assert [option.value for option in asked.question.options] == ["evoked", "not evoked"]
+
+
+@pytest.mark.parametrize(
+    ("name", "paper"), [("reconstruction", "Neshov, .*Sec. 5"), ("fabric-realism", "Cai, .*Sec. 5")]
+)
+def test_what_the_papers_leave_to_a_future_study_is_one(name, paper):
+    """Neshov et al.: "A dedicated user study would be necessary"; Cai et al.: "subjective ratings on the realness"."""
+    study = Study.load(name)
+    assert re.match(paper, study.source)
+    assert "not carried out" in study.source
+    assert study.design.realism
 
 
 @pytest.mark.parametrize(

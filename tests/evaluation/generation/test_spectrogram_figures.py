@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.signal import get_window
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.generation.spectrogram_figures import spectrograms_figure
@@ -27,6 +28,15 @@ def test_what_is_compared_shares_a_scale_and_gravity_does_not_set_it():
     assert (loud, soft) == pytest.approx((1.0, 0.5), rel=1e-3)
     assert [np.asarray(p.get_array()).max() for p in drawn[2::2]] == pytest.approx([1, 1])
     assert all(picture.get_clim() == (0, 1) for picture in drawn)
+
+
+def test_a_picture_is_the_transform_of_the_paper():
+    """Saga et al., Sec. III-B: "a Hamming window (N=256) was used, and the hop size was set to 128", from 0 to 1."""
+    noise = np.random.default_rng(0).standard_normal((1, 2000))
+    drawn = pictures(spectrograms_figure({"a": {"recorded": Signal(noise, 1000, "N")}}, scale="0-1"))[0]
+    frames = np.lib.stride_tricks.sliding_window_view(noise[0] - noise.mean(), 256)[::128]
+    magnitude = np.abs(np.fft.rfft(frames * get_window("hamming", 256))).T[3:]  # from 10 Hz on
+    np.testing.assert_allclose(drawn.get_array(), magnitude / magnitude.max(), atol=1e-5)
 
 
 def test_decibels_keep_the_level_of_everything():

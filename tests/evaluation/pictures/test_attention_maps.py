@@ -47,6 +47,7 @@ def min_max(x):
 
 
 def test_the_layer_is_the_last_transposed_convolution_of_several_channels_and_is_named(generator):
+    """Neshov et al. 2026, Sec. 4.4: "extracted from the last transposed convolutional layer"."""
     assert attention_layer(generator) is generator.first
     assert attention_note(generator) == "transposed convolution 1 of 2, 6 channels"
     with pytest.raises(ParameterError, match=r"to several channels, ConvTranspose2d has none"):
@@ -54,7 +55,7 @@ def test_the_layer_is_the_last_transposed_convolution_of_several_channels_and_is
 
 
 def test_it_is_grad_cam_written_out(generator):
-    """Weights are the gradients' mean over places; the map is the weighted sum, brought to 0..1."""
+    """Sec. 4.4: "Average pooling over the gradients is used to calculate importance weights"; from 0 to 1."""
     expected = []
     for one, label in zip(PHOTO, LABEL, strict=True):
         picture = generator(one[None], label[None])

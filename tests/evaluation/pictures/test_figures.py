@@ -38,6 +38,7 @@ def test_pictures_are_drawn_in_decibels_on_one_scale():
 
 
 def test_attention_is_laid_over_its_picture():
+    """Neshov et al. 2026, Sec. 4.4: "visualized with a jet colormap overlay"."""
     figure = pictures_figure([case(attention={"generated": torch.rand(16, 16)})], PICTURE)
     under, over = figure.axes[3].images
     assert under.get_cmap().name == "gray"
@@ -61,6 +62,7 @@ def test_the_worst_cases_are_those_of_largest_error_one_per_material():
 
 
 def test_failures_are_chosen_by_error_and_say_it():
+    """Neshov et al. 2026, Sec. 4.5: "some of the most challenging cases"."""
     cases = [case("cork", 0.1), case("cork", 0.9), case("tile", 0.4)]
     figure = failures_figure(cases, [0.1, 0.9, 0.4], PICTURE, measure="L1")
     assert figure.axes[0].get_ylabel() == "cork\n0.9 (median 0.4)"

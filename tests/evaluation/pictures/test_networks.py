@@ -42,6 +42,7 @@ def random_fid():
 
 
 def test_lpips_is_the_published_formula(alexnet, lpips):
+    """Neshov et al. 2026, Sec. 4.1: "AlexNet … is thus adopted as the default backbone"."""
     network = alexnet[1]
     heads = torch.load(
         vision_module("torchmetrics").__path__[0] + "/functional/image/lpips_models/alex.pth",
@@ -136,6 +137,7 @@ def test_fid_reads_the_file_it_is_given(tmp_path, random_fid):
 
 
 def test_fid_is_the_frechet_distance_in_inceptions_features(random_fid, monkeypatch):
+    """Neshov et al. 2026, Sec. 4.1: FID compares "their mean and covariance"."""
     real, made = pictures(2, 1), pictures(2, 2)
     features = {id(p): random_fid.features(p) for p in (real, made)}
     assert features[id(real)].shape == (2, 2048)

@@ -33,6 +33,7 @@ def judged(ratings, conditions=("sensor", "A", "B")):
 
 
 def test_errors_are_to_the_target_of_each_condition():
+    """Hatori & Takemura 2023, Sec. V-A: "the mean absolute error between the tactile evaluation points"."""
     figures = judged(answers({"sensor": 3.0, "A": 1.0, "B": 1.0})).as_dict()
     rows = figures["conditions"]
     assert list(rows) == ["sensor", "A", "B"]
@@ -43,6 +44,7 @@ def test_errors_are_to_the_target_of_each_condition():
 
 
 def test_test_as_printed_takes_every_answer_as_independent_and_by_rater_each_rater_once():
+    """Hatori & Takemura 2023, Sec. V-A: "Student's t-tests were conducted on the errors for each column"."""
     found = judged(answers({"sensor": 1.05, "A": 1.0}))
     tests = found.as_dict()["tests"]
     [printed], [by_rater] = tests["as_printed"], tests["by_rater"]

@@ -27,6 +27,16 @@ def amplitude(x, frequency, rate):
     return 2 * abs(np.mean((x - x.mean()) * np.exp(-2j * np.pi * frequency * np.arange(len(x)) / rate)))
 
 
+@pytest.mark.parametrize("name", ["ultrasonic", "ultrasonic-envelope"])
+def test_a_shipped_display_has_the_numbers_of_hatori_and_takemura(name):
+    """2023, Sec. III-C: a resonance of "≈ 28.2 kHz", "a gain factor of 10", "a maximum voltage of 22 V"."""
+    display = open_display(name)
+    s = display.settings
+    assert (s.carrier_hz, s.amplifier_gain, s.limit_v) == (28_200, 10, 22)
+    assert display.limit == pytest.approx(22 / 10 / 2)  # at the generator, if 22 V are peak to peak
+    assert display.band == (0, 1000)  # Sec. IV-A: "frequencies from 1 to 1,000 Hz"
+
+
 @pytest.mark.parametrize(("counts", "peak"), [("peak", 2.2), ("peak-to-peak", 1.1)])
 def test_the_generator_gets_the_limit_over_the_gain(counts, peak):
     s = Settings(limit_is=counts, depth=0.6)
@@ -100,6 +110,7 @@ def test_friction_is_least_where_the_amplitude_is_largest():
 
 
 def test_a_waveform_through_the_simulated_transducer_has_its_envelope():
+    """Hatori & Takemura 2023, Sec. III-C: "inputting amplitude-modulated waves into the ultrasonic transducer"."""
     s = Settings(q=100, pre_emphasis=True)
     drive, _ = modulated(texture(), s, rate=500_000)
     e, _ = modulated(texture(), s.model_copy(update={"output": "envelope"}), rate=50_000)

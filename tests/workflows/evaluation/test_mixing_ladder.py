@@ -68,6 +68,7 @@ def test_what_was_made_is_used_again_only_if_the_same_is_asked(voice, tmp_path, 
 
 
 def test_adding_keeps_the_start_at_one(voice):
+    """Saga et al., Sec. V: "“Tile” between 0.0 and 1.0, and “Place Mat 03” to 1"."""
     mixes = mix_ladder(voice, "cork", "tile", mode="add", **SMALL)
     assert mixes.start_weights.tolist() == [1, 1, 1]
     assert mixes.caption(1) == "0.5 tile, 1 cork"

@@ -21,6 +21,7 @@ def made_up(stand_in):
 
 
 def test_cross_modal_has_six_conditions_and_two_groups_of_people(tmp_path):
+    """Hatori et al. 2025, Sec. III-B, Fig. 5: w/o Models, w/o Images and four weights."""
     found = cross_modal.run(tmp_path, paper=False, progress=silent)
     assert list(found["overall"]) == [
         "without models", "without images", "weight 1", "weight 1000", "weight 5000", "weight 10000"

@@ -38,6 +38,7 @@ def found():
 
 
 def test_errors_are_against_the_plates_means():
+    """Hatori et al. 2025, Sec. III-B: "the tactile evaluation scores of the metal plate samples"."""
     rows = [("ann", "a/p1", "rough", 3.0), ("ann", "a/p1", "sleek", 5.0), ("bob", "a/p2", "rough", 7.0),
             ("eve", "b/p1", "rough", 1.0)]  # fmt: skip
     columns = [list(column) for column in zip(*rows, strict=True)]
@@ -75,6 +76,7 @@ def test_people_stay_in_their_rows_where_one_missed_a_condition_and_another_anot
 
 
 def test_tests_as_printed_take_every_answer(found):
+    """Hatori et al. 2025, Sec. III-B: "The Steel-Dwass test was performed as a non-parametric multiple comparison"."""
     result, earlier, later = found
     flat = {name: values.ravel() for name, values in {**earlier, **later}.items()}
     expected = steel_dwass(flat)
@@ -98,6 +100,7 @@ def test_tests_by_person_take_one_value_each(found):
 
 
 def test_a_word_improves_where_it_is_lower_and_the_test_says_so(found):
+    """Hatori et al. 2025, Sec. III-B: "significantly reduced the error for eight out of ten evaluation terms"."""
     result, _, _ = found
     assert result.improved("weight 5000", "without models") == ["rough", "sleek"]
     assert result.improved("without models", "weight 5000") == []
@@ -125,4 +128,5 @@ def test_figures_say_who_was_asked(found):
 
 
 def test_stars_are_those_of_the_captions():
+    """Hatori et al. 2025, Sec. III-B, Fig. 6: "**: p < 0.01, *: p < 0.05"."""
     assert [stars(p) for p in (0.009, 0.01, 0.049, 0.05)] == ["**", "*", "*", ""]

@@ -39,6 +39,7 @@ def asked(monkeypatch):
 
 
 def test_every_method_has_every_measure_and_mixes_lie_between(tmp_path, fabrics, asked):
+    """Cai et al. 2020, Sec. 4, Fig. 3; 5: "conduct ablation studies among different generative models"."""
     found = figure3.run(tmp_path / "out", paper=False, progress=silent, data=str(fabrics), trainings=1)
     assert asked == [(f"{name}-0", "quick", "all") for name in ("frictgan", "without-critic", "without-L1")]
     methods = found["methods"]

@@ -23,6 +23,7 @@ def test_a_circle_has_one_hole_and_two_have_two():
 
 
 def test_sets_of_the_same_shape_are_near_and_others_are_not():
+    """Cai et al. 2020, Sec. 5: "evaluating some parameters, such as Geometry Score"."""
     one = ring(0)
     near, far = (geometry_score(one, other, draws=10) for other in (ring(1), ring(1, holes=2)))
     assert near < 0.05 < 0.3 < far

@@ -16,6 +16,7 @@ def made(folder, plates, ratings):
 
 
 def test_plates_have_their_mean_scores(tmp_path):
+    """Hatori et al. 2025, Sec. II-C: "the normalized average tactile evaluation scores of the metal plate samples"."""
     ratings = rated(PLATES, SEVEN_POINT, 2)
     plates = plates_of(made(tmp_path / "s", (*PLATES, "unrated"), ratings))
     assert plates.names == PLATES

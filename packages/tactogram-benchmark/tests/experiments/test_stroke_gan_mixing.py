@@ -12,12 +12,21 @@ from tactogram_benchmark.experiments.stroke_gan_mixing import SEEN
 
 
 def test_the_textures_are_those_of_the_simulated_set():
+    """Saga et al., Sec. III-B: "nine types of textures", Figs. 7 to 9."""
     from tactogram_simulate.materials import STROKING_9
 
     names = {surface.name for surface in STROKING_9}
     assert set(MATERIALS) == names
     assert {name for three in stroke_gan_figures.FIGURES.values() for name in three} == names
     assert stroke_gan_mixing.ADDED_TO in names
+
+
+def test_pairs_and_what_was_seen_are_those_of_the_paper():
+    """Sec. V: Tile's feature appears "over 0.4 in all the results except the “Cloth” and “Carpet” results"."""
+    assert (stroke_gan_mixing.END, stroke_gan_mixing.ADDED_TO) == ("tile", "luncheon-mat-03")
+    assert set(SEEN) == set(MATERIALS) - {"tile"}
+    late = {name for name, seen in SEEN.items() if "over 0.4" not in seen}
+    assert late == {"cloth", "carpet"}
 
 
 @pytest.mark.slow

@@ -34,6 +34,7 @@ def quality(monkeypatch):
 
 
 def test_figure_4_trains_four_weights_and_says_which_follow(tmp_path, quality, made_up):
+    """Hatori et al. 2025, Sec. III-A: "two trials using different initial random noise inputs"."""
     found = figure4.run(tmp_path, paper=False, progress=silent)
     painters = [row for row in made_up.trained if row[0] == "tactile_image_cgan"]
     assert [row[4]["config.image_weight"] for row in painters] == [1, 1000, 5000, 10000]

@@ -24,6 +24,7 @@ def no_weights(monkeypatch, tmp_path):
 
 
 def test_table_3_is_chosen_on_the_validation_part_and_tested_against_the_chosen_cell(tmp_path):
+    """Neshov et al. 2026, Sec. 4.2: "compare each configuration against the best-performing one"."""
     found = table3.run(tmp_path, paper=False, progress=silent, trainings=3)
     assert len(found["cells"]) == 16
     assert found["chosen"] == "3x1"

@@ -110,6 +110,22 @@ def test_what_is_simulated_for_paper_has_the_published_pairs(tmp_path, made_up):
         assert parts[0].batch([0]).picture.shape == (1, 1, 256, 256)
 
 
+def test_ablations_are_those_of_the_recipes():
+    """Table 4: W/o CBN, W/o L1 loss, W/o FM loss, Single Discriminator, beside three baselines."""
+    facts = models.find("visual_tactile_gan")
+    rows = {"no-cbn": "without CBN", "no-l1": "without L1", "no-fm": "without FM"}
+    for name, row in (rows | {"one-discriminator": "one discriminator"}).items():
+        model, changes = table4.METHODS[row]
+        recipes = [
+            Recipe.load(facts.recipe("paper"), changes=changes),
+            Recipe.load(facts.recipe(f"ablation-{name}")),
+        ]
+        assert model == facts.name
+        assert facts.config(recipes[0].config) == facts.config(recipes[1].config)
+    others = [model for model, changes in table4.METHODS.values() if not changes]
+    assert others == ["pix2pix", "pix2pixhd", "residue_fusion_gan", "visual_tactile_gan"]
+
+
 def test_finished_cells_are_not_trained_again(tmp_path, made_up):
     first = table4.run(tmp_path, paper=False, progress=silent, trainings=2)
     trained = len(made_up.trained)

@@ -25,6 +25,7 @@ def write_stroke(
 
 class TestHapTex:
     def test_friction_is_over_displacement_on_a_registered_photograph(self, tmp_path):
+        """Cai et al. 2020, Sec. 4: "the relationships between the frictional coefficients and the displacements"."""
         source = tmp_path / "haptex"
         write_stroke(source / "7" / "trial1.txt")
         write_photo(source / "7" / "photo.jpg", 7, rows=50, columns=50)

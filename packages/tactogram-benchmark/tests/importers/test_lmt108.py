@@ -13,8 +13,10 @@ from tests.datasets.importers.sample_files import (
     write_sound,
 )
 
+from tactogram.datasets import open_store
+from tactogram.datasets.importing import import_dataset
 from tactogram.datasets.store.store import problems
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 
 
 def write_lines(path, values):
@@ -24,6 +26,7 @@ def write_lines(path, values):
 
 class TestLmt108:
     def test_files_are_told_by_their_names(self, tmp_path):
+        """Neshov et al. 2026, Sec. 4.1: "triaxial acceleration signals (X, Y, Z)", "sampled at 10 kHz"."""
         source = tmp_path / "lmt"
         rng = np.random.default_rng(0)
         written = {}
@@ -109,6 +112,7 @@ class TestLmt108Photographs:
         return source
 
     def test_photographs_without_flash_belong_to_their_material(self, source, tmp_path):
+        """Neshov et al. 2026, Sec. 4.1: "only the non-flash variants of the images are considered"."""
         report, store = imported_alone("lmt108", source, tmp_path)
         assert (report["recordings"], report["photographs"]) == (4, 4)
         sources = list(store.facts.photographs["G4Bamboo"].values())
@@ -122,6 +126,18 @@ class TestLmt108Photographs:
         assert store.photographs_of("G1Mesh") == ()
         assert all(store.image(info.id) is None for info in store.index)
         assert problems(store) == []
+
+    def test_one_part_of_some_materials_is_imported_if_asked_for(self, source, tmp_path):
+        """Neshov et al. 2026, Sec. 4.1: "the training portion of the dataset", nine of its materials."""
+        write_noise(source / "SoundScans" / "G4Bamboo_Sound_Movement_test1.wav", [7])
+        options = {"part": "train", "materials": "G4Bamboo"}
+        import_dataset("lmt108", source, tmp_path / "bamboo", workers=1, options=options)
+        store = open_store(tmp_path / "bamboo")
+        assert [(info.material, info.labels["part"]) for info in store.index] == [("G4Bamboo", "train")] * 2
+        assert len(store.photographs_of("G4Bamboo")) == 3
+        for option, known in (("part", "test, train"), ("materials", "G1Mesh, G4Bamboo")):
+            with pytest.raises(ParameterError, match=f"{option} must be one of {known}, got 'Oak'"):
+                import_dataset("lmt108", source, tmp_path / "none", workers=1, options={option: "Oak"})
 
     def test_importing_again_changes_nothing_unless_a_photograph_changed(self, source, tmp_path):
         imported_alone("lmt108", source, tmp_path)

@@ -6,6 +6,7 @@ import pytest
 
 from tactogram.errors import DataError, ParameterError
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
+from tactogram_simulate.materials import STROKING_9, STROKING_30
 
 PLAN = {
     "materials": ["a", "b", "c"],
@@ -53,18 +54,29 @@ def test_shipped_plans_load(name):
 
 
 def test_the_plan_of_saga_et_al_is_theirs():
+    """Sec. II-C: "going back and forth for three minutes", "three times per object", at 100, 200 and 400 mm/s."""
     plan = SessionPlan.load("saga-classification")
-    assert (len(plan.materials), plan.contactors, plan.speeds_mm_s) == (
-        15,
-        ("finger", "pen"),
-        (100, 200, 400),
-    )
-    assert (plan.repetitions, plan.seconds, plan.rate) == (3, 180, 330)
+    assert set(plan.materials) == {surface.name for surface in STROKING_30}
+    assert (len(plan.materials), plan.contactors) == (15, ("finger", "pen"))
+    assert (plan.speeds_mm_s, plan.repetitions, plan.seconds) == ((100, 200, 400), 3, 180)
+    assert (plan.rate, plan.back_and_forth) == (330, True)  # Sec. II-A
+    assert 70 <= plan.stroke_mm <= 100  # Fig. 4: "70-100 mm length"
     assert len(plan.trials()) == 270
 
 
+def test_the_second_plan_of_saga_et_al_is_theirs():
+    """Sec. III-B: nine textures, finger "rubbed the texture in one direction", "higher frequency data (1 kHz)"."""
+    plan = SessionPlan.load("saga-generation")
+    assert set(plan.materials) == {surface.name for surface in STROKING_9}
+    assert (len(plan.materials), plan.contactors, plan.back_and_forth) == (9, ("finger",), False)
+    assert plan.rate == 1000
+    assert 10 * plan.seconds * plan.rate == 40_000  # repeated ten times, "around 40,000 points"
+
+
 def test_the_plan_of_hatori_and_takemura_is_theirs():
+    """Sec. III-B: "20 mm/s, 50 mm, 0.98 N, and 10 kHz", 2.5 s, "ten times for each of the 12 samples"."""
     plan = SessionPlan.load("hatori-plates")
+    assert (len(plan.materials), plan.repetitions) == (12, 10)
     assert (len(plan.trials()), plan.speeds_mm_s, plan.stroke_mm) == (120, (20,), 50)
     assert (plan.seconds, plan.rate, plan.force_n) == (2.5, 10_000, 0.98)
 

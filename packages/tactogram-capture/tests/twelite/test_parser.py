@@ -14,6 +14,7 @@ from tactogram_capture.twelite.simulator import SimulatedReceiver, transmissions
 
 
 def test_published_block_of_ten_samples_is_read_in_mg():
+    """Saga et al., Sec. II-A: "ten consecutive measurement values are stored in one packet"."""
     _, lines = published()
     [packet], parser = parsed("".join(f"{line}\r\n" for line in lines).encode())
 

@@ -366,6 +366,7 @@ def test_a_held_carrier_has_the_amplitude_asked_for_and_stops_by_itself():
 
 
 def test_its_own_inputs_measure_what_the_generator_sends():
+    """Hatori & Takemura 2023, Sec. III-C: the current "was measured by the FPGA using a current probe"."""
     module = SimulatedDwf()
     module.analog_input = SimulatedScope(module.channels[0])
     with opened(module) as device:

@@ -71,6 +71,7 @@ def test_a_drift_of_80_hz_is_followed(method, mean, most):
 
 
 def test_the_largest_admittance_lies_below_the_resonance_and_the_phase_does_not():
+    """Hatori & Takemura 2023, Sec. III-C: "adjusting the driving frequency until the admittance … was maximized"."""
     by_admittance = through_the_drift("dither_admittance", "finger").summary()["mean_hz"]
     by_phase = through_the_drift("motional_phase", "finger").summary()["mean_hz"]
     assert by_admittance == pytest.approx(-27.3, abs=3)

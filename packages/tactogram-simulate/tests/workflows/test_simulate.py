@@ -59,6 +59,7 @@ def test_the_store_of_the_image_study(tmp_path, capsys):
 
 
 def test_four_sets_of_images_are_each_seen_by_thirty_of_37():
+    """Hatori et al. 2025, Sec. II-B: "the number of participants adjusted to 30 per set"."""
     ratings = study("tactile_images", seed=0, per_class=1).ratings
     assert len(ratings.raters) == 37
     seen = ~np.isnan(ratings.cube).all(2)

@@ -241,6 +241,7 @@ def _two_areas_as_asked_for(page):
 
 
 def test_two_areas_sizes_are_in_mm_and_answers_are_kept_once(person, studies):
+    """Saga et al., Sec. IV-A: "a 100 mm long Visual Analog Scale"."""
     page = person("two_area", viewport=SIDEWAYS)
     code = page.text_content(".code-small")
     assert page.get_attribute("html", "lang") == "ja"
@@ -372,6 +373,7 @@ def test_refusals_say_in_the_studys_language_what_to_do(person):
 
 
 def test_words_are_rated_by_touch_and_by_keys_beside_an_image_of_30_mm(person, studies):
+    """Hatori et al. 2025, Sec. II-D: images "adjusted to a size of 30 mm square"."""
     page = person("rating", language="en", viewport=PHONE)
     _agree(page)
     page.wait_for_selector("form[data-token='trial-1.1']")
@@ -619,7 +621,10 @@ PURE = """async () => {
 
 
 def test_target_sound_and_sizes_are_what_was_asked_for(person):
-    """All by a time that is handed in; the sound is rendered offline."""
+    """All by a time that is handed in; the sound is rendered offline.
+
+    Saga et al., Sec. IV-A: "A moving target … showed a 500 mm/s of stroking movement".
+    """
     page = person("abx")
     found = page.evaluate(PURE)
     assert sorted(found["speeds"])[100:] == pytest.approx([500.0] * 899, abs=1e-6)

@@ -10,6 +10,7 @@ from tactogram_study.study_analysis import analyse
 
 
 def test_the_texture_table_counts_the_people_at_chance():
+    """Saga et al., Sec. IV-B: "7 out of 10 people showed a correct answer rate of 50%"."""
     right = {0: 5, 1: 8, 2: 9, 3: 10, 4: 1}
     rows = [
         (p, t + 1, {"stimulus": "cork", "value": float(t < count), "correct": t < count})

@@ -4,6 +4,7 @@ from tactogram_study.simulated_observer import SimulatedEffect
 
 
 def test_two_area_asks_which_and_then_how_real_each_is(make_study, taken, trials):
+    """Saga et al., Sec. IV-A: "using these two surveys as one trial"."""
     pages, given = taken(make_study("two_area"), effect=SimulatedEffect(d_prime=10.0))
     which, realism = trials(pages)[:2]
     assert (which.trial, which.step, realism.trial, realism.step) == (1, 1, 1, 2)
@@ -15,6 +16,7 @@ def test_two_area_asks_which_and_then_how_real_each_is(make_study, taken, trials
 
 
 def test_sides_are_drawn_or_balanced(make_study, taken, trials):
+    """Saga et al., Sec. IV-A: "The area the generated data is displayed in was randomly determined for each trial"."""
     design = {"kind": "two_area", "repeats": 10, "realism": False}
     free, _ = taken(make_study(design))
     balanced, _ = taken(make_study(design | {"sides": "balanced"}))

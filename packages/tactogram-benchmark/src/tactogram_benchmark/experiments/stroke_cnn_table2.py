@@ -47,21 +47,14 @@ def run(
     options: dict[str, Any] = {"folds": 10, "label": "material+contactor", "recipe": "paper"}
     if not paper:
         options |= {"recipe": "quick", "changes": BENCH}
+    running: dict[str, Any] = {"on": on, "processes": processes, "progress": progress}
     rows: dict[str, dict[str, Any]] = {}
     for speed, published in PUBLISHED.items():
         if speed not in speeds:
             continue
         where = {} if speed == "mixed" else {"speed_mm_s": speed}
-        result = crossval(
-            "stroke_cnn",
-            store.path,
-            where=where,
-            out=folder / f"speed-{speed}",
-            **options,
-            on=on,
-            processes=processes,
-            progress=progress,
-        )
+        out = folder / f"speed-{speed}"
+        result = crossval("stroke_cnn", store.path, where=where, out=out, **options, **running)
         windows = [100 * fold["window_accuracy"] for fold in result["per_fold"]]
         rows[speed] = {
             "published": published,

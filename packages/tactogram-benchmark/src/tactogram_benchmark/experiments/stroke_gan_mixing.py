@@ -31,16 +31,9 @@ from tactogram_benchmark.experiments.artifacts import (
 END = "tile"
 ADDED_TO = "luncheon-mat-03"
 SEEN = dict.fromkeys(
-    (
-        "artificial-grass",
-        "cork-sheet",
-        "punched-plastic-sheet",
-        "luncheon-mat-01",
-        "luncheon-mat-02",
-        "luncheon-mat-03",
-    ),
+    ("artificial-grass", "cork-sheet", "punched-plastic-sheet", "luncheon-mat-01", "luncheon-mat-02", ADDED_TO),
     "Tile seen where over 0.4",
-) | dict.fromkeys(("cloth", "carpet"), "not yet at 0.4")
+) | dict.fromkeys(("cloth", "carpet"), "not yet at 0.4")  # fmt: skip
 """Section V: the authors' observations in the spectrograms of Figures 16 to 18."""
 SEEN_ADDED = "ever more of both, above all on X"
 """Section V, Figure 15."""

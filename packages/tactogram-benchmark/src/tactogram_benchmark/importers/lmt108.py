@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from tactogram.datasets import PICTURES, ImportedPhotograph, ImportItem, Recording, number_columns
-from tactogram.errors import DataError
+from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.io import read_signal
 
@@ -37,7 +37,7 @@ DESCRIPTION = (
     "Files named G1Material_Sound_Movement_train1.flac|wav (sound, full scale) and "
     "G1Material_Movement_X_train1.txt (acceleration, taken as m/s^2, 10 kHz). Sound checked on real files, "
     "acceleration not; ImageScans/NoFlash/**/G1Material_Image_1_train1.jpg (photographs of materials), not checked "
-    "either."
+    "either. Options: part (train or test), materials (such as G4Bamboo,G9Jeans)."
 )
 
 ACCELERATION_RATE = 10_000.0
@@ -47,18 +47,23 @@ _AXIS = re.compile(r"(G\d+)(.+)_Movement_([XYZ])_([A-Za-z]*)(\d+)\.txt", re.IGNO
 _IMAGE = re.compile(r"(G\d+)(.+?)_Image(?:_\d+)?_([A-Za-z]*)(\d+)", re.IGNORECASE)
 
 
-def find(folder: Path) -> list[ImportItem]:
-    """Return an item per stroke."""
+def find(folder: Path, *, part: str = "", materials: str = "") -> list[ImportItem]:
+    """Return an item per stroke, of one part and of some materials if asked for."""
     strokes: dict[tuple[str, ...], dict[str, Any]] = {}
-    for kind, path, group, material, part, number in _named(folder):
-        stroke = strokes.setdefault(
-            (material, part, number),
-            {"material": material, "group": group, "part": part, "recording": number},
-        )
+    named = list(_named(folder))
+    known = {"part": {file[4] for file in named}, "materials": {file[3] for file in named}}
+    for option, given in (("part", part), ("materials", materials)):
+        if unknown := {name for name in given.split(",") if name} - known[option]:
+            raise ParameterError.one_of(option, sorted(known[option]), ", ".join(sorted(unknown)))
+    for kind, path, group, material, of_part, number in named:
+        if not _is_wanted(material, of_part, materials, part):
+            continue
+        facts = {"material": material, "group": group, "part": of_part, "recording": number}
+        stroke = strokes.setdefault((material, of_part, number), facts)
         if kind in stroke and stroke[kind].stem == path.stem and stroke[kind].suffix != path.suffix:
             continue  # the same sound in another format
         if kind in stroke:
-            raise DataError(path, f"a second {kind} of {material}, recording {part}{number}; keep one")
+            raise DataError(path, f"a second {kind} of {material}, recording {of_part}{number}; keep one")
         stroke[kind] = path
     items = []
     for stroke in strokes.values():
@@ -72,7 +77,7 @@ def find(folder: Path) -> list[ImportItem]:
     return items
 
 
-def photographs(folder: Path) -> list[ImportedPhotograph]:
+def photographs(folder: Path, *, part: str = "", materials: str = "") -> list[ImportedPhotograph]:
     """Return the photographs taken without flash."""
     pictures = []
     for path in folder.rglob("*_Image_*"):
@@ -80,10 +85,11 @@ def photographs(folder: Path) -> list[ImportedPhotograph]:
         relative = path.relative_to(folder)
         flash = any(part.lower() == "flash" for part in relative.parts)
         if named and not flash and path.suffix.lower() in PICTURES:
-            group, material, part, number = named.groups()
+            group, material, of_part, number = named.groups()
             name = group.upper() + material
-            key = (int(group[1:]), name, part.lower(), int(number))
-            pictures.append((key, ImportedPhotograph(relative.as_posix(), path, name)))
+            key = (int(group[1:]), name, of_part.lower(), int(number))
+            if _is_wanted(name, of_part.lower(), materials, part):
+                pictures.append((key, ImportedPhotograph(relative.as_posix(), path, name)))
     return [picture for _, picture in sorted(pictures, key=lambda f: (f[0], f[1].name))]
 
 
@@ -130,6 +136,11 @@ def _named(folder: Path) -> Iterator[tuple[str, Path, str, str, str, str]]:
     if not files:
         raise DataError(folder, "must hold files named like G1Material_Sound_Movement_train1.wav, found none")
     yield from sorted(files, key=lambda f: (int(f[2][1:]), f[3], f[4], int(f[5]), f[0], f[1].suffix))
+
+
+def _is_wanted(material: str, of_part: str, materials: str, part: str) -> bool:
+    asked = ((material, materials), (of_part, part))
+    return all(not given or name in given.split(",") for name, given in asked)
 
 
 def _sibling(path: Path, axis: str, other: str) -> Path:

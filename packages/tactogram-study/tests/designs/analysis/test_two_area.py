@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import ttest_ind
 from simulated_answers import ITEMS, finding, only, simulated
 
 from tactogram.errors import DataError
@@ -36,10 +37,18 @@ def test_a_gap_in_realism_is_shown_with_its_size_and_its_absence_is_equivalence(
 
 
 def test_students_t_stands_beside_as_it_was_printed():
-    section = only(analyse(realism(gap=-10.0)))
+    """Saga et al., Sec. IV-B: "Student's t-test was performed on the pair of data for each texture"."""
+    marks = realism(gap=-10.0)
+    section = only(analyse(marks))
     printed = section.role("as printed")
     assert [f.of for f in printed] == list(ITEMS)
     assert {f.test for f in printed} == {"Student's t, uncorrected"}
+    for finding_ in printed:
+        pair = [
+            marks.where(stimulus=finding_.of, condition=name).numbers() for name in ("generated", "recorded")
+        ]
+        assert finding_.p == pytest.approx(ttest_ind(*pair).pvalue)
+        assert finding_.estimate == pytest.approx(pair[0].mean() - pair[1].mean())
     assert any("independent" in note for note in section.notes)
 
 

@@ -43,6 +43,7 @@ def test_a_flat_line_has_the_ripples_variance():
 
 
 def test_what_the_paper_calls_the_average_is_the_sum_over_fabrics():
+    """Cai et al. 2020, Sec. 4: five errors, "averagely 0.035"."""
     figures = evaluate_fabrics(Perfect(learner()), EXAMPLES, part=None)["coarse"]
     whole = summary({str(number): replace(figures, mse=mse) for number, mse in enumerate(FABRICS)})
     assert whole["mse_sum"] == pytest.approx(0.035)

@@ -216,6 +216,7 @@ def test_learning_rates_fall_to_0_after_their_constant_share():
 
 
 def test_a_mix_lies_between_its_photographs():
+    """Cai et al. 2020, Sec. 5: "creating new virtual fabric textures"."""
     gan = learner()
     gan.step(gan.stages(EXAMPLES)[0], (EXAMPLES,))
     photo = gan.pairs(EXAMPLES).batch([0, len(gan.pairs(EXAMPLES)) - 1]).photo

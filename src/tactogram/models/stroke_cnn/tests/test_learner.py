@@ -92,6 +92,21 @@ def test_a_training_resumed_in_any_stage_equals_the_whole(stage):
         torch.testing.assert_close(one, other, rtol=0, atol=0)
 
 
+def test_an_update_is_adam_on_the_cross_entropy():
+    """Sec. II-B: "The cross-entropy error was used for the loss function", and Adam for the weights."""
+    learner = StrokeCNNLearner(small(dropout=0.0), KIND, seed=0)
+    plain = copy.deepcopy(learner.network)
+    x, which = np.random.default_rng(0).standard_normal((8, 3, 32)).astype(np.float32), np.arange(8) % 3
+    probabilities = plain(torch.from_numpy(x)).softmax(1)
+    loss = -probabilities[torch.arange(8), torch.from_numpy(which)].log().mean()
+    loss.backward()
+    assert learner.step(Stage("classify", 1), (x, which))["loss"] == pytest.approx(loss.item(), rel=1e-5)
+    for ours, theirs in zip(learner.network.parameters(), plain.parameters(), strict=True):
+        torch.testing.assert_close(ours.grad, theirs.grad, rtol=1e-4, atol=1e-6)
+    assert type(learner.optimiser) is torch.optim.Adam
+    assert (learner.optimiser.param_groups[0]["lr"], learner.config.schedule) == (1e-3, "constant")
+
+
 def test_it_learns_what_is_plain():
     learner = trained(small(steps=150, learning_rate=3e-3))
     assert learner.validate(examples()) == {"recording_accuracy": 1.0}
@@ -119,6 +134,7 @@ def test_standardising_takes_gravity_and_level_away():
 
 
 def test_every_window_is_equally_likely():
+    """Saga et al., Sec. II-B: "randomly extracted from the collected acceleration information"."""
     data = [
         Example("short", Signal(np.zeros((1, 12)), 10, "1"), "a"),
         Example("long", Signal(np.arange(19.0), 10, "1"), "b"),

@@ -14,6 +14,7 @@ def small(**changes):
 
 
 def test_layers_have_the_shapes_of_the_paper():
+    """Saga et al., Sec. II-C: "The input of CNN is 3×200 acceleration data, and the output is 1×30"."""
     network = StrokeCNN(Config(), axes=3, classes=30)
     shapes = []
     for layer in network.convolutions:
@@ -28,6 +29,7 @@ def test_layers_have_the_shapes_of_the_paper():
 
 
 def test_the_network_has_thirteen_layers_and_their_weights():
+    """Saga et al., Sec. II-B: "constructed a 13-layered network"."""
     network = StrokeCNN(Config(), axes=3, classes=30)
     convolutions = [m for m in network.modules() if isinstance(m, torch.nn.Conv2d)]
     assert [(m.in_channels, m.out_channels, m.kernel_size) for m in convolutions] == [
@@ -46,9 +48,21 @@ def test_the_network_has_thirteen_layers_and_their_weights():
 
 
 def test_normalisation_follows_the_activation():
-    layers = list(StrokeCNN(Config(), axes=1, classes=2).convolutions)
-    for before, layer in pairwise(layers):
-        assert not isinstance(layer, torch.nn.BatchNorm2d) or isinstance(before, torch.nn.ReLU)
+    """Sec. II-B: Batch Normalization "was applied after calculating each layer's activation function"."""
+    network = StrokeCNN(Config(), axes=1, classes=2)
+    kinds = [type(layer).__name__ for layer in (*network.convolutions, *network.dense)]
+    assert [after for before, after in pairwise(kinds) if before == "ReLU"] == 6 * ["BatchNorm2d"] + 2 * [
+        "BatchNorm1d"
+    ]
+    assert [kinds[k - 1] for k, kind in enumerate(kinds) if kind.startswith("BatchNorm")] == 8 * ["ReLU"]
+
+
+def test_dropout_comes_between_the_second_dense_layer_and_the_output():
+    """Sec. II-B: Dropout "between the fully connected second layer and the output layer"."""
+    network = StrokeCNN(Config(), axes=3, classes=30)
+    everywhere = [layer for layer in network.modules() if isinstance(layer, torch.nn.Dropout)]
+    assert everywhere == [network.output[0]]
+    assert (network.output[1].in_features, network.output[1].out_features) == (Config().dense[1], 30)
 
 
 def test_axes_share_their_filters():

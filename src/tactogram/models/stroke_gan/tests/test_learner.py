@@ -65,6 +65,7 @@ def test_an_epoch_crops_each_recording_once_and_a_longer_one_more_often():
     ("recipe", "critic"), [("paper", 113), ("variant-slices", 225), ("variant-all-crops", 2_656_913)]
 )
 def test_forty_epochs_are_as_many_updates_as_stated(recipe, critic):
+    """Saga et al., Sec. III-B: "The learning amount was 40 epochs"; what an epoch is, is not stated."""
     from tactogram.models import find
 
     recording = Signal(np.zeros((1, 4000)), RATE, "m/s^2", ("x",))
@@ -216,6 +217,7 @@ def test_activations_and_their_places():
 
 
 def test_axes_share_their_filters_and_are_not_convolved_together():
+    """Saga et al., Sec. III-A: "each axis was set to be convolved independently in the time direction"."""
     network = Generator(NARROW, axes=3, labels=1)
     latent, label = torch.rand(2, 100), torch.ones(2, 1)
     whole = network(latent, label)
@@ -231,6 +233,7 @@ def test_axes_share_their_filters_and_are_not_convolved_together():
 
 
 def test_label_channels_are_constant_channels_beside_the_signal():
+    """Saga et al., Sec. III-A: "we used one-hot vectors"; Table III, "(n, 3, 16384, 1+C)"."""
     network = NARROW.discriminator(axes=2, labels=CLASSES)
     with torch.no_grad():
         network.first.bias.uniform_(-1, 1)

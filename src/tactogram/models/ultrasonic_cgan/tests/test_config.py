@@ -2,7 +2,9 @@
 
 import pytest
 
+from tactogram import models
 from tactogram.models.ultrasonic_cgan import Config
+from tactogram.recipe import Recipe
 
 PAPER = {
     "stable_s": 2, "hop_s": 0.05, "bins": 1000, "generator_widths": (1024, 512, 256, 128), "dropout_after": (2, 4),
@@ -22,6 +24,15 @@ def test_the_recipe_paper_has_the_papers_numbers(paper_values):
 )
 def test_groups_have_the_names_of_the_paper(count, group):
     assert Config(clusters=count).group == group
+
+
+@pytest.mark.parametrize(("letter", "clusters"), [("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 12)])
+def test_a_groups_recipe_differs_from_paper_in_its_clusters_alone(letter, clusters):
+    """Sec. IV-B: group A "with no clustering", B to D with two to four clusters, E with 12."""
+    facts = models.find("ultrasonic_cgan")
+    published, group = (Recipe.load(facts.recipe(name)) for name in ("paper", f"group-{letter}"))
+    assert facts.config(group.config) == facts.config({**published.config, "clusters": clusters})
+    assert (group.prepare, group.training) == (published.prepare, published.training)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ STICKY = {"rough": 2.0, "sticky": 6.0}
 
 
 def test_one_stage_per_cluster(tiny, kind, data):
+    """Hatori & Takemura 2023, Sec. IV-C: "A separate CGAN was trained for each cluster"."""
     stages = build(tiny, kind, seed=0).stages(data())
     assert [(s.name, s.steps) for s in stages] == [("fit", 1), ("cluster-1", 5), ("cluster-2", 5)]
 
@@ -48,6 +49,7 @@ def test_a_cluster_without_display_signals_is_refused(tiny, kind, data):
 
 
 def test_scores_beside_the_spectra_are_a_raters_own(tiny, kind, data):
+    """Hatori & Takemura 2023, Sec. IV-A: "values of the tactile display as the condition labels"."""
     learner, examples = build(tiny, kind, seed=0), data()
     fit_stage, first, _ = learner.stages(examples)
     learner.step(fit_stage, next(learner.batches(fit_stage, examples, seed=0)))
@@ -92,6 +94,7 @@ def test_iterations_are_as_many_whatever_a_step_holds(tiny, kind, data, trained)
 
 
 def test_curves_of_every_iteration_and_the_choice_are_kept(learner):
+    """Hatori & Takemura 2023, Sec. IV-C, Fig. 5: "the number of iterations at which the generator was selected"."""
     for pair in learner.trained:
         assert pair.curves.shape == (3, 24)
         allowed = pair.curves[0, 3:]
@@ -148,6 +151,7 @@ def test_gone_on_with_in_any_cluster_every_curve_and_choice_is_the_same(
 
 
 def test_a_failed_training_is_said_and_generates_nothing(tiny, kind, data):
+    """Hatori & Takemura 2023, Sec. IV-C: "we defined the training as a failure"."""
     seen = []
     learner = build(tiny.model_copy(update={"rate_low": 0.98, "rate_high": 0.981}), kind, seed=0)
     fit(learner, data(), seed=0, on_step=lambda position, stage, losses: seen.append(losses))

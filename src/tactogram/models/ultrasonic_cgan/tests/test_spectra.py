@@ -20,6 +20,7 @@ def test_a_measurement_gives_84_spectra_of_1000_bins():
 
 
 def test_spectra_are_those_of_a_plain_transform_of_the_middle_two_seconds(tiny, measurement):
+    """Hatori & Takemura 2023, Sec. III-B: "standardized so that it had a mean of 0 and variance of 1"."""
     signal = measurement(1, 0, 0, 0).signal
     spectra = sensor_spectra(signal, tiny)
     x = signal.samples[2, 125:1125].astype(float)

@@ -77,6 +77,7 @@ def test_generator_is_table_1():
         seen = layers(network, torch.empty(2, 1, 256, 256), torch.empty(2, 9))
     assert seen == TABLE_1
     assert sum(p.numel() for p in network.parameters()) == 54_418_049
+    assert not any(isinstance(module, nn.Dropout) for module in network.modules())  # Table 1 lists none
 
 
 def test_discriminators_are_table_2():
@@ -161,6 +162,7 @@ def test_given_material_replaces_the_predicted_label(trained):
 
 
 def test_probabilities_of_the_instance_replace_its_label(trained):
+    """Neshov et al. 2026, Sec. 4.5: "conditioning the generator on more specific instance-level features"."""
     model = learner(label="probabilities")
     model.predictor.bare.load_state_dict(trained.predictor.bare.state_dict())
     crops = torch.cat([model.translation.photo({"image": photo("fine")}, n, seed=0) for n in range(5)])
@@ -173,6 +175,7 @@ def test_probabilities_of_the_instance_replace_its_label(trained):
 
 
 def test_weights_kept_are_the_best_on_what_is_watched(trained):
+    """Neshov et al. 2026, Sec. 3.2: "the model with the lowest LPIPS score is selected"."""
     judged = trained.validate(UNSEEN)["row_statistics_unseen"]
     assert judged == pytest.approx(trained.gan.best)
     assert trained.state()["gan"]["chosen_by"] == "row_statistics"
@@ -302,6 +305,7 @@ def rand(*shape, seed=0):
 
 
 def test_conditional_batch_norm_is_its_equation():
+    """Neshov et al. 2026, Sec. 3.1: scale and shift are "learned linear projections" of the label."""
     layer = ConditionalBatchNorm(3, 2)
     x, label = rand(4, 3, 2, 2), torch.eye(2)[[0, 1, 0, 1]]
     mean = x.mean((0, 2, 3), keepdim=True)
