@@ -8,6 +8,7 @@ import io
 import json
 import math
 import re
+import stat
 import tomllib
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -44,6 +45,12 @@ def path_of(value: object, parameter: str) -> Path:
     if not isinstance(value, str | PathLike):
         raise ParameterError.must(parameter, "be a path", value)
     return Path(value)
+
+
+def check_regular(path: Path) -> None:
+    """Refuse a folder, and a pipe, socket or device, which would be read for ever; a missing file is an OSError."""
+    if not stat.S_ISREG(mode := path.stat().st_mode):
+        raise DataError(path, "is a folder" if stat.S_ISDIR(mode) else "is no file on a disk; save it as one")
 
 
 def displayable(text: str) -> str:
@@ -114,6 +121,7 @@ def read_text(path: Path, *, encoding: str = "utf-8-sig", most_bytes: int = MOST
 def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
     """Return the content of a file; `DataError` if it is unreadable, or larger than ``most_bytes``."""
     try:
+        check_regular(path)
         with path.open("rb") as file:
             raw = file.read(most_bytes + 1)
     except (OSError, ValueError) as error:

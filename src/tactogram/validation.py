@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
-from tactogram.errors import ParameterError, TactogramError, shortened, shown
+from tactogram.errors import DataError, ParameterError, TactogramError, shortened, shown
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 M = TypeVar("M", bound=BaseModel)
+T = TypeVar("T")
 
 
 class FrozenModel(BaseModel):
@@ -40,16 +42,30 @@ class FaultError(ParameterError):
         self.args = self.faults = faults
 
 
-def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
+def validated(kind: type[M], values: object, *, where: str) -> M:
     """Return ``values`` as a ``kind``; the `ParameterError` names the key."""
     try:
-        return kind.model_validate(dict(values))
+        return kind.model_validate(dict(values) if isinstance(values, Mapping) else values)
     except ValidationError as error:
         first = error.errors()[0]
         unknown = first["type"] == "extra_forbidden"
         known = _keys_at(kind, first["loc"][:-1]) if unknown else ()
         value = str(first["loc"][-1]) if unknown else first["input"]
         raise ParameterError(_sentence(kind, first, where), value=value, choices=known) from None
+
+
+def facts_of(kind: type[T], values: object, *, where: object, remedy: str = "") -> T:
+    """Return what this package wrote into a file as a ``kind``, such as a dataclass; the `DataError` names the key."""
+    try:
+        return TypeAdapter(kind).validate_python(values)
+    except ValidationError as error:
+        first = error.errors()[0]
+        key, value = _dotted(first["loc"]), shown(first["input"])
+        problem = str(first.get("ctx", {}).get("error") or _plain(first["msg"]))
+        lacking = first["type"] == "missing"
+        raise DataError(
+            where, f"lacks {key}" if lacking else f"{_joined(key, problem)}, got {value}", remedy=remedy
+        ) from None
 
 
 def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> tuple[Fault, ...]:
@@ -89,12 +105,17 @@ def _sentence(kind: type[BaseModel], error: ErrorDetails, where: str) -> str:
         hint = f"; known here: {known}" if known else ""
         return _joined(where, f"unknown key {key!r}{hint}")
     # Our validators raise the cause; the other sentences are pydantic's.
-    message = str(error.get("ctx", {}).get("error") or error["msg"].replace("Input should be", "must be"))
-    message = message.replace("a valid tuple", "a list")
+    message = str(error.get("ctx", {}).get("error") or _plain(error["msg"]))
     if isinstance(error["input"], Mapping | BaseModel):
         # A whole table is not repeated in the message: it would fill a page.
         return _joined(where, key, message)
     return _joined(where, key, f"{message}, got {shown(error['input'])}")
+
+
+def _plain(sentence: str) -> str:
+    """Return a sentence of pydantic's in our words."""
+    sentence = re.sub(r"a (valid )?(dictionary|mapping).*", "a table", sentence)
+    return sentence.replace("Input should be", "must be").replace("a valid tuple", "a list")
 
 
 def _joined(*parts: str) -> str:

@@ -120,7 +120,7 @@ def _card(run: Run, info: ModelInfo, name: str) -> str:
     from huggingface_hub import EvalResult, ModelCardData
 
     data, kind = run.data, run.kind()
-    evaluation = run.read_json("evaluation.json") if (run.folder / "evaluation.json").is_file() else {}
+    evaluation = run.evaluation
     results, on = evaluation_results(evaluation), evaluation.get("data", {})
     entries = [
         EvalResult(

@@ -14,18 +14,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy.linalg import solve_triangular
 from scipy.signal import welch
 from scipy.stats import t as student
+from typing_extensions import TypedDict
 
 from tactogram.errors import ParameterError, RunError
 from tactogram.model import Example, Model
 from tactogram.signal import Signal
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.text_files import check_regular
 from tactogram.training.run import Run
 
 INDEX_FILES = ("search-vectors.npy", "search-whitening.npy", "search.json")
@@ -43,6 +48,13 @@ LEAST_LEVEL = 1e-12
 """Share of the power that counts as silence in a band."""
 LEAST_SD_DB = 1.0
 """A band whose level varies less counts as if it varied so much."""
+
+
+class _SearchFacts(TypedDict):
+    ids: list[str]
+    materials: list[str]
+    threshold: Annotated[float, Field(gt=0)]
+    calibrated_on: int
 
 
 class SurfaceIndex:
@@ -109,18 +121,29 @@ class SurfaceIndex:
         file = run.folder / "search.json"
         if not file.is_file():
             raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
-        facts = run.read_json("search.json")
+        facts = run.read_json("search.json", _SearchFacts)
         index = cls.__new__(cls)
         index.ids, index.materials = facts["ids"], facts["materials"]
         index.threshold, index.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        for name, attribute in (("search-vectors.npy", "whitened"), ("search-whitening.npy", "whitening")):
-            try:
-                setattr(index, attribute, np.load(run.folder / name, allow_pickle=False))
-            except (OSError, ValueError, EOFError) as error:
-                raise RunError(f"{run.folder / name}: not readable: {error}") from error
-        if len(index.whitened) != len(index.ids):
+        with run.refusing():
+            index.whitened, index.whitening = (_matrix(run.folder / name) for name in INDEX_FILES[:2])
+        features = index.whitened.shape[1]
+        if not (
+            len(index.whitened) == len(index.ids) == len(index.materials) > 0
+            and index.whitening.shape == (features, features)
+        ):
             raise RunError(f"{run.folder / 'search-vectors.npy'}: does not match search.json")
         return index
+
+
+def _matrix(path: Path) -> NDArray[np.float32]:
+    """Return a matrix of finite numbers in a file of `SurfaceIndex.save`."""
+    with decoding(path, "not readable"):
+        check_regular(path)
+        matrix: NDArray[np.float32] = np.load(path, allow_pickle=False)
+        if matrix.ndim != 2 or matrix.dtype != np.float32 or not np.isfinite(matrix).all():
+            raise RunError("must be a matrix of finite numbers")
+        return matrix
 
 
 def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:

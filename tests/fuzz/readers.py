@@ -1,0 +1,422 @@
+"""Fuzzer of the readers: damaged inputs of every kind, and what the command line makes of them.
+
+``python -m tests.fuzz.readers --seed 1 --minutes 10`` damages one file of a small valid input, seeded, and runs a verb
+on it in a forked process, within limits of time and memory. A finding is an exit other than 0, 1 and 2, a traceback, a
+message in words of Python, a hang, much memory, or anything written or changed although the verb failed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import re
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from random import Random
+
+CASES = Path(__file__).parent / "cases"
+MOST_SECONDS = 20
+"""Of processor time; the clock may take three times as long on a busy machine."""
+MOST_BYTES = 2 * 2**30
+PYTHON = re.compile(
+    r"\b(?:(?!Memory)[A-Z]\w+Error:|NoneType|object has no attribute|unhashable|not subscriptable|not iterable|object is not"
+    r"|unsupported operand|not supported between|must be str|positional argument|unexpected keyword|out of range$"
+    r"|<class|dtype\(|numpy\.|torch\.|size mismatch for)"
+)
+"""What a message to people does not hold."""
+COMMANDS = {
+    "convert-signal": "convert {signals} out.wav --rate 500",
+    "convert-table": "convert {signals} out.csv",
+    "check-signal": "convert {signals} --check",
+    "haptic": "convert {haptic} out.ahap",
+    "haptic-wave": "convert {haptic} out.wav --rate 2000",
+    "check-haptic": "convert {haptic} --check",
+    "picture": "convert {pictures} out.wav --play-at 100",
+    "preview": "data import folder recordings --preview",
+    "mapping": "data import folder recordings --mapping settings/mapping.toml --out out --workers 1",
+    "import-folder": "data import folder recordings --out out --workers 1",
+    **{
+        f"import-{name}": f"data import {name} {name} --out out --workers 1{options}"
+        for name, options in {
+            "biotac_slide": "",
+            "cdplab": "",
+            "cluster": "",
+            "frictgan": "",
+            "haptex": "",
+            "hatt": "",
+            "keio_ultrasonic": " --set rate=2500 --set full_scale=2.0",
+            "lmt108": "",
+            "saga_strokes": "",
+            "vibviz": "",
+        }.items()
+    },
+    "store-info": "data info store",
+    "store-url": "data info file://{work}/store",
+    "store-check": "data check store",
+    "store-export": "data export store --out out",
+    "store-copy": "data copy store out",
+    "store-like": "data like store signals/own.wav",
+    "store-add": "data add store waves/a.wav --material cork",
+    "store-rate": "data rate store tables/ratings.csv --replace",
+    "store-ratings": "data ratings store --out out.csv",
+    "train": "train ar_texture --data store --recipe settings/recipe.toml --out out",
+    "classify": "classify names recordings/cork/1.wav",
+    "classify-network": "classify network recordings/cork/1.wav",
+    "search": "search names recordings/cork/1.wav",
+    "score": "score judge recordings/cork/1.wav",
+    "evaluate": "evaluate names --data other",
+    "evaluate-generator": "evaluate textures --data other --evaluation steps=2 --evaluation most=1",
+    "generate": "generate textures --material cork --seconds 0.2 --out out.wav",
+    "conditions-toml": "generate textures --conditions settings/conditions.toml --out out --processes 1",
+    "conditions-csv": "generate textures --conditions settings/conditions.csv --out out --processes 1",
+    "mix": "mix textures cork tile --steps 2 --signals 2 --seconds 0.6 --out out",
+    "run-zip": "run export names --out out.zip",
+    "run-hub": "run export textures --to hub --out out",
+    "run-c": "run export noise --to c --material cork --out out.h",
+    "run-import": "run import packed/names.zip --out out",
+    "compare": "compare names network",
+    "run-onnx": "run export network --to onnx --out out.onnx",
+    "touch": "touch {waves} --out out.json",
+    "stream": "stream waves/a.wav --speed 100 --seconds 0.1 --motion tables/motion.csv --backend file --out out.wav",
+    "display": "render {waves} --display settings/display.toml --level gain=0.1 --out out.wav",
+    "calibration": (
+        "render {waves} --display electrovibration --level peak=0.5 --calibration calibrated/p.toml --out out.wav"
+    ),
+    "response": "response sweep/sweep.wav sweep/sweep.wav --out out.csv",
+    "calibrate": "calibrate tables/pairs.csv --out out.toml",
+    "transducer": "transducer tables/admittance.csv",
+    "log": "capture-log {logs} --out out.csv",
+    "log-store": "capture-log {logs} --data out --material cork",
+    "study": "study check settings/study.toml",
+    "study-simulate": "study simulate settings/study.toml --out out --participants 1",
+    "study-export": "study export session --out out.csv",
+    "study-analyse": "study analyse answers/answers.csv --out out --draws 100 --no-figures",
+}
+"""Verbs by a name of ours; a word that begins with a part of the corpus is its copy, ``{part}`` one file of it."""
+HEAVY = {"evaluate-generator", "run-onnx", "mix", "evaluate", "run-c", "touch", "import-hatt"}
+"""Verbs that take seconds, and are run more rarely."""
+MAY_WRITE = {"study-export"}
+"""Verbs whose session is a database that opening touches."""
+
+
+bench_cpu = [0.0]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One damaged input: the words of the verb, the file that is damaged, and its content, or its kind."""
+
+    target: str
+    argv: tuple[str, ...]
+    victim: str
+    content: bytes | str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a verb made of it."""
+
+    status: int
+    """Exit status, negative for a signal."""
+    seconds: float
+    peak: int
+    text: str
+    changed: tuple[str, ...]
+
+    @property
+    def faults(self) -> list[str]:
+        """Findings by kind."""
+        slow = self.status in (-signal.SIGALRM, -signal.SIGXCPU, -signal.SIGKILL)
+        last = (self.text.strip().splitlines() or [""])[-1]
+        found = {
+            "hang": slow,
+            "crash": self.status < 0 and not slow,
+            "exit": self.status > 2,
+            "traceback": "Traceback (most recent" in self.text,
+            "memory": self.peak > MOST_BYTES or "not enough memory" in self.text or "Unable to allocate" in self.text,
+            "left": self.status != 0 and bool(self.changed),
+            "silent": self.status == 1 and not last,
+            "python": self.status == 1 and PYTHON.search(last) is not None,
+            "warning": re.search(r"\.py:\d+: \w*Warning", self.text) is not None,
+        }
+        return [kind for kind, yes in found.items() if yes]
+
+
+class Bench:
+    """The corpus, made on demand, and a folder to work in."""
+
+    def __init__(self, folder: Path) -> None:
+        self.corpus, self.work = folder / "corpus", folder / "work"
+        self.corpus.mkdir(parents=True, exist_ok=True)
+
+    def part(self, name: str) -> Path:
+        """Return a part of the corpus."""
+        from tests.fuzz.corpus import NEEDS, PARTS
+
+        for needed in NEEDS.get(name, ()):
+            self.part(needed)
+        if not (self.corpus / name).exists():
+            (self.corpus / name).mkdir()
+            pid = os.fork()  # what making it leaves behind, as threads, is not inherited by the trials
+            if not pid:
+                with _exiting():
+                    PARTS[name](self.corpus / name)
+            _, status = os.waitpid(pid, 0)
+            assert status == 0, f"{name} was not made"
+        return self.corpus / name
+
+    def words(self, target: str, rng: Random) -> tuple[str, ...]:
+        """Return the arguments of a verb, with one file of each part that is to be drawn."""
+        return tuple(
+            re.sub(r"^\{(\w+)\}$", lambda m: f"{m[1]}/{rng.choice(_files(self.part(m[1])))}", word)
+            for word in COMMANDS[target].replace("{work}", str(self.work)).split()
+        )
+
+    def copied(self, argv: Sequence[str]) -> list[str]:
+        """Copy what a verb reads into an empty working folder, and return its files."""
+        from tests.fuzz.corpus import PARTS
+
+        shutil.rmtree(self.work, ignore_errors=True)
+        self.work.mkdir()
+        victims: list[str] = []
+        for word in argv[1:]:
+            word = word.rpartition(f"{self.work}/")[2]
+            name, _, inner = word.partition("/")
+            if name not in PARTS:
+                continue
+            source = self.part(name)
+            if inner and name in ("signals", "haptic", "pictures", "logs", "waves"):
+                (self.work / name).mkdir(exist_ok=True)
+                shutil.copy(source / inner, self.work / word)
+            elif not (self.work / name).exists():
+                shutil.copytree(source, self.work / name)
+            place = self.work / word
+            victims += [f"{word}/{each}" for each in _files(place)] if place.is_dir() else [word]
+        return victims
+
+    def trial(self, number: int, seed: int, targets: Sequence[str]) -> Trial:
+        """Return the trial of this number."""
+        from tests.fuzz.mutations import damaged
+
+        rng = Random(f"{seed}-{number}")
+        [target] = rng.choices(targets, [0.1 if name in HEAVY else 1.0 for name in targets])
+        argv = self.words(target, rng)
+        files = self.copied(argv)
+        tops = sorted({file.split("/")[0] for file in files})
+        victim = rng.choice([file for top in [rng.choice(tops)] for file in files if file.split("/")[0] == top])
+        if rng.random() < 0.02:
+            return Trial(target, argv, victim, rng.choice(ODD))
+        return Trial(target, argv, victim, damaged((self.work / victim).read_bytes(), victim, rng))
+
+    def run(self, trial: Trial) -> Outcome:
+        """Run a trial in a process of its own."""
+        self.copied(trial.argv)
+        _replace(self.work / trial.victim, trial.content)
+        before, said = _state(self.work), self.work.with_suffix(".txt")
+        began = time.monotonic()
+        pid = os.fork()
+        if not pid:
+            with _exiting():
+                _limited(said, self.work)
+                from tactogram.cli import main
+
+                sys.exit(main([*trial.argv, "--quiet"]))
+        _, status, usage = os.wait4(pid, 0)
+        with suppress(ProcessLookupError):
+            os.killpg(pid, signal.SIGKILL)  # processes of its own
+        after = _state(self.work)
+        changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
+        if trial.target in MAY_WRITE:
+            changed = [name for name in changed if name.startswith("out")]
+        code = os.waitstatus_to_exitcode(status)
+        bench_cpu[0] += usage.ru_utime + usage.ru_stime
+        text = said.read_text(errors="replace")
+        return Outcome(code, time.monotonic() - began, usage.ru_maxrss * 1024, text, tuple(changed))
+
+
+ODD = ("folder", "pipe", "zero", "dangling", "loop", "gone")
+"""What may be in the place of a file."""
+
+
+def _replace(path: Path, content: bytes | str) -> None:
+    path.unlink()
+    match content:
+        case bytes():
+            path.write_bytes(content)
+        case "folder":
+            path.mkdir()
+        case "pipe":
+            os.mkfifo(path)
+        case "zero" | "dangling" | "loop":
+            path.symlink_to({"zero": "/dev/zero", "dangling": "nowhere", "loop": path.name}[content])
+
+
+def _files(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file())
+
+
+def _state(folder: Path) -> dict[str, tuple[int, int]]:
+    paths = [path for path in folder.rglob("*") if not path.name.endswith(".lock")]
+    return {
+        str(path.relative_to(folder)): (facts.st_ino, facts.st_mtime_ns if path.is_file() else 0)
+        for path in paths
+        for facts in [path.lstat()]
+    }
+
+
+class _exiting:
+    """Leave a forked process, whatever happens, as a process of its own would."""
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind, error, trace) -> None:
+        import traceback
+
+        if modules := os.environ.get("FUZZ_MODULES"):
+            Path(modules).write_text("\n".join(sys.modules))
+        code = 0
+        if isinstance(error, SystemExit):
+            code = error.code if isinstance(error.code, int) else 0
+        elif error is not None:
+            traceback.print_exception(error)
+            code = 70
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def _limited(said: Path, work: Path) -> None:
+    os.setpgid(0, 0)
+    out = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+    os.dup2(out, 1)
+    os.dup2(out, 2)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    sys.stdout = os.fdopen(1, "w", closefd=False)
+    sys.stderr = os.fdopen(2, "w", closefd=False)
+    os.chdir(work)
+    os.environ["TMPDIR"] = str(work.parent)
+    size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (size + 4 * MOST_BYTES,) * 2)
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS + 5))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES,) * 2)
+    signal.alarm(3 * MOST_SECONDS)
+
+
+def warm(bench: Bench, targets: Sequence[str]) -> None:
+    """Import once what the verbs import: a valid input of each is run, and says which modules it needed."""
+    for target in targets:
+        argv = bench.words(target, Random(0))
+        victim = bench.copied(argv)[0]
+        modules = bench.work.with_suffix(".modules")
+        os.environ["FUZZ_MODULES"] = str(modules)
+        outcome = bench.run(Trial(target, argv, victim, (bench.work / victim).read_bytes()))
+        assert outcome.status == 0, f"{target}: a valid input fails: {outcome.text}"
+        for name in modules.read_text().split():
+            with suppress(Exception):
+                import_module(name)
+    del os.environ["FUZZ_MODULES"]
+
+
+def save(trial: Trial, outcome: Outcome, folder: Path) -> None:
+    """Write a finding as a case."""
+    folder.mkdir(parents=True, exist_ok=True)
+    content = trial.content
+    facts = {
+        "target": trial.target,
+        "argv": [word for word in trial.argv if not word.startswith("file:")],
+        "victim": trial.victim,
+        "kind": content if isinstance(content, str) else "",
+        "faults": outcome.faults,
+        "status": outcome.status,
+        "peak_mib": outcome.peak >> 20,
+        "seconds": round(outcome.seconds, 1),
+        "changed": outcome.changed[:20],
+        "says": outcome.text[-1500:],
+    }
+    (folder / "how.json").write_text(json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
+    if isinstance(content, bytes):
+        (folder / Path(trial.victim).name).write_bytes(content)
+
+
+def load(folder: Path, bench: Bench) -> Trial:
+    """Return a case that `save` wrote."""
+    facts = json.loads((folder / "how.json").read_text())
+    argv = tuple(
+        re.sub(r"\{work\}", str(bench.work), planned) if planned.startswith("file:") else planned
+        for planned in facts["argv"]
+    )
+    content = facts["kind"] or (folder / Path(facts["victim"]).name).read_bytes()
+    return Trial(facts["target"], argv, facts["victim"], content)
+
+
+def trials(bench: Bench, seed: int, targets: Sequence[str], minutes: float, most: int) -> Iterator[tuple[int, Trial]]:
+    """Yield trials until the time or the number is over."""
+    end = time.monotonic() + 60 * minutes
+    for number in range(most):
+        if time.monotonic() > end:
+            return
+        yield number, bench.trial(number, seed, targets)
+
+
+def fuzz(bench: Bench, seed: int, *, minutes: float, most: int = 10**9, only: str = "", out: Path | None = None) -> dict:
+    """Run trials, save what is found, and return the counts."""
+    targets = [name for name in COMMANDS if re.search(only, name)]
+    warm(bench, targets)
+    inputs: Counter[str] = Counter()
+    found: dict[str, Counter[str]] = {name: Counter() for name in targets}
+    slowest, largest = 0.0, 0
+    for number, trial in trials(bench, seed, targets, minutes, most):
+        outcome = bench.run(trial)
+        inputs[trial.target] += 1
+        slowest, largest = max(slowest, outcome.seconds), max(largest, outcome.peak)
+        for fault in outcome.faults:
+            found[trial.target][fault] += 1
+        if outcome.faults and out is not None:
+            save(trial, outcome, out / f"{trial.target}-{number}-{'-'.join(outcome.faults)}")
+    return {
+        "seed": seed,
+        "inputs": inputs.total(),
+        "findings": dict(sum(found.values(), Counter())),
+        "slowest_s": round(slowest, 1),
+        "largest_mib": largest >> 20,
+        "by_target": {name: {"inputs": inputs[name], **found[name]} for name in targets},
+    }
+
+
+def main() -> int:
+    """Run the fuzzer; return 1 if it found something."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--minutes", type=float, default=10.0)
+    parser.add_argument("--most", type=int, default=10**9, help="inputs")
+    parser.add_argument("--only", default="", help="regular expression of targets")
+    parser.add_argument("--out", type=Path, default=Path("build/fuzz"), help="folder of findings and counts")
+    parser.add_argument("--case", type=Path, help="run one finding again")
+    chosen = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench(Path(folder))
+        if chosen.case:
+            outcome = bench.run(load(chosen.case, bench))
+            print(outcome.faults, outcome.status, outcome.peak >> 20, outcome.changed, outcome.text, sep="\n")
+            return int(bool(outcome.faults))
+        counts = fuzz(bench, chosen.seed, minutes=chosen.minutes, most=chosen.most, only=chosen.only, out=chosen.out)
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    (chosen.out / "counts.json").write_text(json.dumps(counts, indent=1) + "\n")
+    print(json.dumps(counts, indent=1))
+    return int(bool(counts["findings"]))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
