@@ -89,9 +89,9 @@ COMMANDS = {
     "run-onnx": "run export network --to onnx --out out.onnx",
     "touch": "touch {waves} --out out.json",
     "stream": "stream waves/a.wav --speed 100 --seconds 0.1 --motion tables/motion.csv --backend file --out out.wav",
-    "display": "render {waves} --display settings/display.toml --level gain=0.1 --out out.wav",
+    "display": "render waves/a.wav --display settings/display.toml --level gain=0.1 --out out.wav",
     "calibration": (
-        "render {waves} --display electrovibration --level peak=0.5 --calibration calibrated/p.toml --out out.wav"
+        "render waves/a.wav --display electrovibration --level peak=0.5 --calibration calibrated/p.toml --out out.wav"
     ),
     "response": "response sweep/sweep.wav sweep/sweep.wav --out out.csv",
     "calibrate": "calibrate tables/pairs.csv --out out.toml",
@@ -108,9 +108,6 @@ HEAVY = {"evaluate-generator", "run-onnx", "mix", "evaluate", "run-c", "touch", 
 """Verbs that take seconds, and are run more rarely."""
 MAY_WRITE = {"study-export"}
 """Verbs whose session is a database that opening touches."""
-
-
-bench_cpu = [0.0]
 
 
 @dataclass(frozen=True)
@@ -231,7 +228,8 @@ class Bench:
                 _limited(said, self.work)
                 from tactogram.cli import main
 
-                sys.exit(main([*trial.argv, "--quiet"]))
+                sys.argv = ["tactogram", *trial.argv, "--quiet"]
+                sys.exit(main())
         _, status, usage = os.wait4(pid, 0)
         with suppress(ProcessLookupError):
             os.killpg(pid, signal.SIGKILL)  # processes of its own
@@ -240,7 +238,6 @@ class Bench:
         if trial.target in MAY_WRITE:
             changed = [name for name in changed if name.startswith("out")]
         code = os.waitstatus_to_exitcode(status)
-        bench_cpu[0] += usage.ru_utime + usage.ru_stime
         text = said.read_text(errors="replace")
         return Outcome(code, time.monotonic() - began, usage.ru_maxrss * 1024, text, tuple(changed))
 
@@ -377,6 +374,17 @@ def fuzz(bench: Bench, seed: int, *, minutes: float, most: int = 10**9, only: st
     inputs: Counter[str] = Counter()
     found: dict[str, Counter[str]] = {name: Counter() for name in targets}
     slowest, largest = 0.0, 0
+
+    def counts() -> dict:
+        return {
+            "seed": seed,
+            "inputs": inputs.total(),
+            "findings": dict(sum(found.values(), Counter())),
+            "slowest_s": round(slowest, 1),
+            "largest_mib": largest >> 20,
+            "by_target": {name: {"inputs": inputs[name], **found[name]} for name in targets},
+        }
+
     for number, trial in trials(bench, seed, targets, minutes, most):
         outcome = bench.run(trial)
         inputs[trial.target] += 1
@@ -385,14 +393,15 @@ def fuzz(bench: Bench, seed: int, *, minutes: float, most: int = 10**9, only: st
             found[trial.target][fault] += 1
         if outcome.faults and out is not None:
             save(trial, outcome, out / f"{trial.target}-{number}-{'-'.join(outcome.faults)}")
-    return {
-        "seed": seed,
-        "inputs": inputs.total(),
-        "findings": dict(sum(found.values(), Counter())),
-        "slowest_s": round(slowest, 1),
-        "largest_mib": largest >> 20,
-        "by_target": {name: {"inputs": inputs[name], **found[name]} for name in targets},
-    }
+        if out is not None and inputs.total() % 100 == 0:
+            write(counts(), out)
+    return counts()
+
+
+def write(counts: dict, out: Path) -> None:
+    """Write the counts into the folder of findings."""
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "counts.json").write_text(json.dumps(counts, indent=1) + "\n")
 
 
 def main() -> int:
@@ -412,8 +421,7 @@ def main() -> int:
             print(outcome.faults, outcome.status, outcome.peak >> 20, outcome.changed, outcome.text, sep="\n")
             return int(bool(outcome.faults))
         counts = fuzz(bench, chosen.seed, minutes=chosen.minutes, most=chosen.most, only=chosen.only, out=chosen.out)
-    chosen.out.mkdir(parents=True, exist_ok=True)
-    (chosen.out / "counts.json").write_text(json.dumps(counts, indent=1) + "\n")
+    write(counts, chosen.out)
     print(json.dumps(counts, indent=1))
     return int(bool(counts["findings"]))
 

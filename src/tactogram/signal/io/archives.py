@@ -63,7 +63,13 @@ def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[
     except TactogramError as error:
         raise type(error)(source, error) from error
     except Exception as error:
-        raise DataError(source, f"{problem}: {one_line(error)}", remedy=remedy) from error
+        raise DataError(source, f"{problem}{reason(error)}", remedy=remedy) from error
+
+
+def reason(error: Exception) -> str:
+    """Return a library's words on what is wrong; none where it tripped, so that they are on its own code."""
+    tripped = isinstance(error, TypeError | AttributeError | LookupError | AssertionError | NameError)
+    return "" if tripped else f": {one_line(error)}"
 
 
 def check_size(count: int, path: Path) -> None:

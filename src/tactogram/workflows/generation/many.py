@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, get_origin
@@ -18,10 +19,17 @@ from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_table, read_toml
 from tactogram.validation import validated
-from tactogram.workflows.generation.generate import SIMULATED, generate_files, suffixes_for
+from tactogram.workflows.generation.generate import (
+    SIMULATED,
+    Reading,
+    check_suffix,
+    checked_condition,
+    generate_files,
+    suffixes_for,
+)
 from tactogram.workflows.generation.word_scores import needs_words
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.workers import absolute
 from tactogram.workflows.workers.tasks import kept_values
 
@@ -160,6 +168,9 @@ def generate_many(
         replace(row, seconds=row.seconds or seconds, seed=seed if row.seed is None else row.seed)
         for row in rows
     ]
+    for row in rows:
+        with _naming(row):
+            _check_row(loaded, row, folder)
     kept = folder / "made"
     chunks = [
         _Chunk(
@@ -189,7 +200,7 @@ def _made(chunk: _Chunk) -> dict[str, Any]:
     """Write the files of some rows; return their facts."""
     loaded, files = load_run(chunk.run), []
     for row in chunk.rows:
-        try:
+        with _naming(row):
             files += generate_files(
                 loaded,
                 {},
@@ -198,6 +209,20 @@ def _made(chunk: _Chunk) -> dict[str, Any]:
                 seed=row.seed or 0,
                 options=row.options,
             )
-        except TactogramError as error:
-            raise ParameterError(row.file, error) from error
     return {"files": files}
+
+
+def _check_row(run: LoadedRun, row: ConditionRow, folder: Path) -> None:
+    """Refuse a row that `generate_files` would refuse, so that no file of the others is written before."""
+    check_suffix(run, folder / row.file)
+    check_writable(folder / row.file)
+    seed = row.seed or 0
+    checked_condition(run, Reading(run, {}, row.seconds, seed).condition(row.options), row.seconds, seed)
+
+
+@contextmanager
+def _naming(row: ConditionRow) -> Iterator[None]:
+    try:
+        yield
+    except TactogramError as error:
+        raise ParameterError(row.file, error) from error
