@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import bz2
 import gzip
-import json
 import lzma
 import shutil
 import zipfile
@@ -163,10 +162,16 @@ def _run(model: str, **options) -> Callable[[Path], None]:
 
 def tables(folder: Path) -> None:
     """Ratings, answers, pairs of voltage and friction, admittance, motion, sweeps."""
-    rows = ["rater,item,word,score", *(f"r{r},i{i},rough,{1 + (r + i) % 7}" for r in range(3) for i in range(8))]
+    rows = [
+        "rater,item,word,score",
+        *(f"r{r},i{i},rough,{1 + (r + i) % 7}" for r in range(3) for i in range(8)),
+    ]
     (folder / "ratings.csv").write_text("\n".join(rows) + "\n")
     pairs = ["person,voltage_v_rms,friction,normal_force_n"]
-    pairs += [f"p1,{v},{0.3 * (1 + 2e-5 * v * v / 0.5) + 0.001 * (k % 3)},0.5" for k, v in enumerate([0, 40, 60, 80, 100] * 4)]
+    pairs += [
+        f"p1,{v},{0.3 * (1 + 2e-5 * v * v / 0.5) + 0.001 * (k % 3)},0.5"
+        for k, v in enumerate([0, 40, 60, 80, 100] * 4)
+    ]
     (folder / "pairs.csv").write_text("\n".join(pairs) + "\n")
     from tactogram_playback.transducer.circuit import Transducer
 
@@ -174,7 +179,9 @@ def tables(folder: Path) -> None:
     hz = circuit.resonance_hz + np.linspace(-600, 600, 41)
     found = circuit.admittance(hz)
     sweep = [f"{f},{y.real},{y.imag}" for f, y in zip(hz, found, strict=True)]
-    (folder / "admittance.csv").write_text("\n".join(["frequency_hz,conductance_s,susceptance_s", *sweep]) + "\n")
+    (folder / "admittance.csv").write_text(
+        "\n".join(["frequency_hz,conductance_s,susceptance_s", *sweep]) + "\n"
+    )
     motion = [f"{t / 10},{100 + t},{0.5},{t},{0}" for t in range(10)]
     (folder / "motion.csv").write_text("\n".join(["time_s,speed_mm_s,force_n,x_mm,y_mm", *motion]) + "\n")
 
@@ -182,7 +189,9 @@ def tables(folder: Path) -> None:
 def settings(folder: Path) -> None:
     """Conditions, mapping, recipe, study, plan."""
     toml(folder / "conditions.toml", {"condition": CONDITIONS})
-    (folder / "conditions.csv").write_text('file,material,mix,seconds\na.wav,cork,,0.2\nb.wav,,"cork=0.6,tile=0.4",0.2\n')
+    (folder / "conditions.csv").write_text(
+        'file,material,mix,seconds\na.wav,cork,,0.2\nb.wav,,"cork=0.6,tile=0.4",0.2\n'
+    )
     columns = {"columns": ["x", "y", "z"], "axes": {"x": "x", "y": "y"}, "unit": "g", "rate": 1000.0}
     toml(folder / "mapping.toml", {"layout": [columns]})
     toml(folder / "recipe.toml", {"model": "ar_texture", "seed": 3, "prepare": {"length": 0.5}, "config": {}})
@@ -190,7 +199,9 @@ def settings(folder: Path) -> None:
     write_signal(folder / "buzz.wav", Signal(np.sin(np.arange(800)), 2000.0, "1"))
     plan = {"materials": ["cork", "tile"], "contactors": ["finger"], "speeds_mm_s": [100], "repetitions": 1}
     toml(folder / "plan.toml", plan)
-    shutil.copy(ROOT / "src" / "tactogram" / "rendering" / "displays" / "voice-coil.toml", folder / "display.toml")
+    shutil.copy(
+        ROOT / "src" / "tactogram" / "rendering" / "displays" / "voice-coil.toml", folder / "display.toml"
+    )
 
 
 def waves(folder: Path) -> None:
@@ -230,7 +241,9 @@ def logs(folder: Path) -> None:
 
     written = module("tactogram-capture/tests/test_logs.py")
     write_log(folder / "raw.log", SimulatedReceiver(seconds=1, loss=0.05, seed=4))
-    written.text_log(folder / "text.txt", lambda t: f"{t:.4f} ", receiver=SimulatedReceiver(seconds=1, seed=1))
+    written.text_log(
+        folder / "text.txt", lambda t: f"{t:.4f} ", receiver=SimulatedReceiver(seconds=1, seed=1)
+    )
     (folder / "take.xdf").write_bytes(written.WHOLE)
     lines = [f"{n / 500:.4f},{np.sin(n):.5f},{np.cos(n):.5f},9.81" for n in range(600)]
     (folder / "board.log").write_text("\n".join(lines) + "\n")
@@ -241,10 +254,12 @@ def cluster(folder: Path) -> None:
     write_sound(folder / "sensor_data" / "audio" / "0_135_40_500_0.wav", 3)
 
 
-def biotac(folder: Path) -> None:
+def biotac_slide(folder: Path) -> None:
     rows = "".join(f"{i / 100},{','.join(map(str, range(44 * i, 44 * i + 44)))},\n" for i in range(3))
     (folder / "raw_csv").mkdir(parents=True)
-    (folder / "raw_csv" / "mat2_9_bio.csv").write_text(f"{of_set('biotac_slide').TestBiotacSlide.HEAD}\n{rows}")
+    (folder / "raw_csv" / "mat2_9_bio.csv").write_text(
+        f"{of_set('biotac_slide').TestBiotacSlide.HEAD}\n{rows}"
+    )
 
 
 def cdplab(folder: Path) -> None:
@@ -269,7 +284,7 @@ def hatt(folder: Path) -> None:
     of_set("hatt").write(folder)
 
 
-def keio(folder: Path) -> None:
+def keio_ultrasonic(folder: Path) -> None:
     rows = [(rater, item, *[4] * 10) for rater in ("p1", "p2") for item in (1, 12)]
     written, rng = of_set("keio_ultrasonic"), np.random.default_rng(0)
     written.table(folder / "plates" / "1" / "m01.csv", rng.standard_normal((300, 4)).round(4))
@@ -281,28 +296,41 @@ def keio(folder: Path) -> None:
 
 def lmt108(folder: Path) -> None:
     for axis in "XYZ":
-        of_set("lmt108").write_lines(folder / "AccelScans" / f"G1Mesh_Movement_{axis}_train1.txt", np.sin(range(50)))
+        of_set("lmt108").write_lines(
+            folder / "AccelScans" / f"G1Mesh_Movement_{axis}_train1.txt", np.sin(range(50))
+        )
     write_sound(folder / "SoundScans" / "G1Mesh_Sound_Movement_train1.wav", 1)
 
 
-def saga(folder: Path) -> None:
+def saga_strokes(folder: Path) -> None:
     of_set("saga_strokes").write_take(folder / "ArtGrass01" / "ArtGrass01_03.csv", 1, samples=400)
 
 
 def vibviz(folder: Path) -> None:
     write_sound(folder / "wav" / "v-1.wav", 1, rate=8000)
     head = of_set("vibviz").TestVibviz.HEAD
-    (folder / "vibrationAnnotations-2016.csv").write_text(head + 'v-1,11,-2,0.5,-2.6,0.7,-2.5,"simple,soft"\n')
+    (folder / "vibrationAnnotations-2016.csv").write_text(
+        head + 'v-1,11,-2,0.5,-2.6,0.7,-2.5,"simple,soft"\n'
+    )
 
 
 PARTS: dict[str, Callable[[Path], None]] = {
-    "signals": signals, "haptic": haptic, "pictures": pictures, "recordings": recordings, "store": store,
-    "names": _run("stroke_statistics"), "network": _run("stroke_cnn", recipe="tiny", changes={"config.steps": 3}),
-    "textures": _run("ar_texture"), "waves": waves, "sweep": sweep, "packed": packed, "session": session,
-    "answers": answers, "calibrated": calibrated, "other": other, "noise": _run("texture_var"), "judge": _run("rater"), "tables": tables, "settings": settings, "logs": logs,
-    "cluster": cluster, "biotac_slide": biotac, "cdplab": cdplab, "frictgan": frictgan, "haptex": haptex, "hatt": hatt,
-    "keio_ultrasonic": keio, "lmt108": lmt108, "saga_strokes": saga, "vibviz": vibviz,
-}  # fmt: skip
+    **{
+        made.__name__: made
+        for made in (signals, haptic, pictures, waves, recordings, store, other, tables, settings)
+    },
+    **{made.__name__: made for made in (logs, sweep, packed, session, answers, calibrated)},
+    **{
+        made.__name__: made
+        for made in (biotac_slide, cdplab, cluster, frictgan, haptex, hatt, keio_ultrasonic)
+    },
+    **{made.__name__: made for made in (lmt108, saga_strokes, vibviz)},
+    "names": _run("stroke_statistics"),
+    "network": _run("stroke_cnn", recipe="tiny", changes={"config.steps": 3}),
+    "textures": _run("ar_texture"),
+    "noise": _run("texture_var"),
+    "judge": _run("rater"),
+}
 """Writers of a folder each."""
-NEEDS = {name: ("store",) for name in ("names", "network", "textures", "noise", "judge")}
+NEEDS = dict.fromkeys(("names", "network", "textures", "noise", "judge"), ("store",))
 NEEDS |= {"packed": ("names",), "answers": ("session",), "calibrated": ("tables",)}

@@ -8,6 +8,7 @@ message in words of Python, a hang, much memory, or anything written or changed 
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import re
@@ -17,9 +18,10 @@ import signal
 import sys
 import tempfile
 import time
+import traceback
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -30,8 +32,8 @@ MOST_SECONDS = 20
 """Of processor time; the clock may take three times as long on a busy machine."""
 MOST_BYTES = 2 * 2**30
 PYTHON = re.compile(
-    r"\b(?:(?!Memory)[A-Z]\w+Error:|NoneType|object has no attribute|unhashable|not subscriptable|not iterable|object is not"
-    r"|unsupported operand|not supported between|must be str|positional argument|unexpected keyword|out of range$"
+    r"\b(?:(?!Memory)[A-Z]\w+Error:|NoneType|object has no attribute|unhashable|not subscriptable|not iterable"
+    r"|object is not|unsupported operand|not supported between|positional argument|unexpected keyword|out of range$"
     r"|<class|dtype\(|numpy\.|torch\.|size mismatch for)"
 )
 """What a message to people does not hold."""
@@ -141,7 +143,9 @@ class Outcome:
             "crash": self.status < 0 and not slow,
             "exit": self.status > 2,
             "traceback": "Traceback (most recent" in self.text,
-            "memory": self.peak > MOST_BYTES or "not enough memory" in self.text or "Unable to allocate" in self.text,
+            "memory": self.peak > MOST_BYTES
+            or "not enough memory" in self.text
+            or "Unable to allocate" in self.text,
             "left": self.status != 0 and bool(self.changed),
             "silent": self.status == 1 and not last,
             "python": self.status == 1 and PYTHON.search(last) is not None,
@@ -153,8 +157,8 @@ class Outcome:
 class Bench:
     """The corpus, made on demand, and a folder to work in."""
 
-    def __init__(self, folder: Path) -> None:
-        self.corpus, self.work = folder / "corpus", folder / "work"
+    def __init__(self, folder: Path, *, forks: bool = True) -> None:
+        self.corpus, self.work, self.forks = folder / "corpus", folder / "work", forks
         self.corpus.mkdir(parents=True, exist_ok=True)
 
     def part(self, name: str) -> Path:
@@ -163,15 +167,16 @@ class Bench:
 
         for needed in NEEDS.get(name, ()):
             self.part(needed)
-        if not (self.corpus / name).exists():
-            (self.corpus / name).mkdir()
-            pid = os.fork()  # what making it leaves behind, as threads, is not inherited by the trials
-            if not pid:
+        if not (folder := self.corpus / name).exists():
+            folder.mkdir()
+            if not self.forks:
+                PARTS[name](folder)
+            elif pid := os.fork():  # what making it leaves behind, as threads, is not inherited by the trials
+                assert os.waitpid(pid, 0)[1] == 0, f"{name} was not made"
+            else:
                 with _exiting():
-                    PARTS[name](self.corpus / name)
-            _, status = os.waitpid(pid, 0)
-            assert status == 0, f"{name} was not made"
-        return self.corpus / name
+                    PARTS[name](folder)
+        return folder
 
     def words(self, target: str, rng: Random) -> tuple[str, ...]:
         """Return the arguments of a verb, with one file of each part that is to be drawn."""
@@ -180,27 +185,33 @@ class Bench:
             for word in COMMANDS[target].replace("{work}", str(self.work)).split()
         )
 
-    def copied(self, argv: Sequence[str]) -> list[str]:
-        """Copy what a verb reads into an empty working folder, and return its files."""
+    def places(self, argv: Sequence[str]) -> list[str]:
+        """Return the words that are places in the corpus, whose parts are made."""
         from tests.fuzz.corpus import PARTS
 
+        words = [each.rpartition(f"{self.work}/")[2] for each in argv[1:]]
+        return [word for word in words if (name := word.split("/")[0]) in PARTS and self.part(name)]
+
+    def victims(self, argv: Sequence[str]) -> list[str]:
+        """Return the files that a verb reads, by their place in the corpus."""
+        folders = {word: self.corpus / word for word in self.places(argv)}
+        return [
+            file
+            for word, place in folders.items()
+            for file in ([f"{word}/{each}" for each in _files(place)] if place.is_dir() else [word])
+        ]
+
+    def copied(self, argv: Sequence[str]) -> None:
+        """Copy what a verb reads into an empty working folder."""
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir()
-        victims: list[str] = []
-        for word in argv[1:]:
-            word = word.rpartition(f"{self.work}/")[2]
+        for word in self.places(argv):
             name, _, inner = word.partition("/")
-            if name not in PARTS:
-                continue
-            source = self.part(name)
             if inner and name in ("signals", "haptic", "pictures", "logs", "waves"):
                 (self.work / name).mkdir(exist_ok=True)
-                shutil.copy(source / inner, self.work / word)
+                shutil.copy(self.corpus / word, self.work / word)
             elif not (self.work / name).exists():
-                shutil.copytree(source, self.work / name)
-            place = self.work / word
-            victims += [f"{word}/{each}" for each in _files(place)] if place.is_dir() else [word]
-        return victims
+                shutil.copytree(self.corpus / name, self.work / name)
 
     def trial(self, number: int, seed: int, targets: Sequence[str]) -> Trial:
         """Return the trial of this number."""
@@ -209,18 +220,29 @@ class Bench:
         rng = Random(f"{seed}-{number}")
         [target] = rng.choices(targets, [0.1 if name in HEAVY else 1.0 for name in targets])
         argv = self.words(target, rng)
-        files = self.copied(argv)
+        files = self.victims(argv)
         tops = sorted({file.split("/")[0] for file in files})
-        victim = rng.choice([file for top in [rng.choice(tops)] for file in files if file.split("/")[0] == top])
+        victim = rng.choice(
+            [file for top in [rng.choice(tops)] for file in files if file.split("/")[0] == top]
+        )
         if rng.random() < 0.02:
             return Trial(target, argv, victim, rng.choice(ODD))
-        return Trial(target, argv, victim, damaged((self.work / victim).read_bytes(), victim, rng))
+        return Trial(target, argv, victim, damaged((self.corpus / victim).read_bytes(), victim, rng))
+
+    def prepared(self, trial: Trial) -> dict[str, tuple[int, int]]:
+        """Put the damaged file into its place, and return the state of all files."""
+        self.copied(trial.argv)
+        _replace(self.work / trial.victim, trial.content)
+        return _state(self.work)
+
+    def changed(self, before: dict[str, tuple[int, int]]) -> list[str]:
+        """Return the files that are not as they were."""
+        after = _state(self.work)
+        return sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
 
     def run(self, trial: Trial) -> Outcome:
         """Run a trial in a process of its own."""
-        self.copied(trial.argv)
-        _replace(self.work / trial.victim, trial.content)
-        before, said = _state(self.work), self.work.with_suffix(".txt")
+        before, said = self.prepared(trial), self.work.with_suffix(".txt")
         began = time.monotonic()
         pid = os.fork()
         if not pid:
@@ -233,8 +255,7 @@ class Bench:
         _, status, usage = os.wait4(pid, 0)
         with suppress(ProcessLookupError):
             os.killpg(pid, signal.SIGKILL)  # processes of its own
-        after = _state(self.work)
-        changed = sorted(name for name in before.keys() | after.keys() if before.get(name) != after.get(name))
+        changed = self.changed(before)
         if trial.target in MAY_WRITE:
             changed = [name for name in changed if name.startswith("out")]
         code = os.waitstatus_to_exitcode(status)
@@ -272,23 +293,20 @@ def _state(folder: Path) -> dict[str, tuple[int, int]]:
     }
 
 
-class _exiting:
+@contextmanager
+def _exiting() -> Iterator[None]:
     """Leave a forked process, whatever happens, as a process of its own would."""
-
-    def __enter__(self) -> None:
-        pass
-
-    def __exit__(self, kind, error, trace) -> None:
-        import traceback
-
+    code = 0
+    try:
+        yield
+    except SystemExit as left:
+        code = left.code if isinstance(left.code, int) else 0
+    except BaseException:
+        traceback.print_exc()
+        code = 70
+    finally:
         if modules := os.environ.get("FUZZ_MODULES"):
             Path(modules).write_text("\n".join(sys.modules))
-        code = 0
-        if isinstance(error, SystemExit):
-            code = error.code if isinstance(error.code, int) else 0
-        elif error is not None:
-            traceback.print_exception(error)
-            code = 70
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
@@ -315,15 +333,16 @@ def warm(bench: Bench, targets: Sequence[str]) -> None:
     """Import once what the verbs import: a valid input of each is run, and says which modules it needed."""
     for target in targets:
         argv = bench.words(target, Random(0))
-        victim = bench.copied(argv)[0]
+        victim = bench.victims(argv)[0]
         modules = bench.work.with_suffix(".modules")
         os.environ["FUZZ_MODULES"] = str(modules)
-        outcome = bench.run(Trial(target, argv, victim, (bench.work / victim).read_bytes()))
+        outcome = bench.run(Trial(target, argv, victim, (bench.corpus / victim).read_bytes()))
         assert outcome.status == 0, f"{target}: a valid input fails: {outcome.text}"
         for name in modules.read_text().split():
             with suppress(Exception):
                 import_module(name)
     del os.environ["FUZZ_MODULES"]
+    gc.freeze()  # a collection in a fork would copy every page
 
 
 def save(trial: Trial, outcome: Outcome, folder: Path) -> None:
@@ -332,7 +351,7 @@ def save(trial: Trial, outcome: Outcome, folder: Path) -> None:
     content = trial.content
     facts = {
         "target": trial.target,
-        "argv": [word for word in trial.argv if not word.startswith("file:")],
+        "argv": trial.argv,
         "victim": trial.victim,
         "kind": content if isinstance(content, str) else "",
         "faults": outcome.faults,
@@ -347,18 +366,16 @@ def save(trial: Trial, outcome: Outcome, folder: Path) -> None:
         (folder / Path(trial.victim).name).write_bytes(content)
 
 
-def load(folder: Path, bench: Bench) -> Trial:
+def load(folder: Path) -> Trial:
     """Return a case that `save` wrote."""
     facts = json.loads((folder / "how.json").read_text())
-    argv = tuple(
-        re.sub(r"\{work\}", str(bench.work), planned) if planned.startswith("file:") else planned
-        for planned in facts["argv"]
-    )
     content = facts["kind"] or (folder / Path(facts["victim"]).name).read_bytes()
-    return Trial(facts["target"], argv, facts["victim"], content)
+    return Trial(facts["target"], tuple(facts["argv"]), facts["victim"], content)
 
 
-def trials(bench: Bench, seed: int, targets: Sequence[str], minutes: float, most: int) -> Iterator[tuple[int, Trial]]:
+def trials(
+    bench: Bench, seed: int, targets: Sequence[str], minutes: float, most: int
+) -> Iterator[tuple[int, Trial]]:
     """Yield trials until the time or the number is over."""
     end = time.monotonic() + 60 * minutes
     for number in range(most):
@@ -367,7 +384,9 @@ def trials(bench: Bench, seed: int, targets: Sequence[str], minutes: float, most
         yield number, bench.trial(number, seed, targets)
 
 
-def fuzz(bench: Bench, seed: int, *, minutes: float, most: int = 10**9, only: str = "", out: Path | None = None) -> dict:
+def fuzz(
+    bench: Bench, seed: int, *, minutes: float, most: int = 10**9, only: str = "", out: Path | None = None
+) -> dict:
     """Run trials, save what is found, and return the counts."""
     targets = [name for name in COMMANDS if re.search(only, name)]
     warm(bench, targets)
@@ -417,12 +436,14 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(Path(folder))
         if chosen.case:
-            outcome = bench.run(load(chosen.case, bench))
-            print(outcome.faults, outcome.status, outcome.peak >> 20, outcome.changed, outcome.text, sep="\n")
+            outcome = bench.run(load(chosen.case))
+            sys.stdout.write(f"{outcome}\n{outcome.text}\n{outcome.faults}\n")
             return int(bool(outcome.faults))
-        counts = fuzz(bench, chosen.seed, minutes=chosen.minutes, most=chosen.most, only=chosen.only, out=chosen.out)
+        counts = fuzz(
+            bench, chosen.seed, minutes=chosen.minutes, most=chosen.most, only=chosen.only, out=chosen.out
+        )
     write(counts, chosen.out)
-    print(json.dumps(counts, indent=1))
+    sys.stdout.write(json.dumps(counts, indent=1) + "\n")
     return int(bool(counts["findings"]))
 
 

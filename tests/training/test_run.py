@@ -6,7 +6,6 @@ from tactogram.model import SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.training import Run, TrainingPosition
 
-
 DATA = {"path": "x", "name": "made up", "sha256": "0", "licence": "-", "label": "material", "simulated": True}
 
 

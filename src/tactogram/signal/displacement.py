@@ -111,7 +111,9 @@ def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
     fastest = 1e3 * float(np.abs(speed.samples).max())
     # The finest detail, half a cycle per sample of the surface, at the fastest moment must not fold back.
     inside = rate * max(1, math.ceil(fastest * signal.rate / rate))
-    check_growth(inside * speed.seconds, len(speed), f"at up to {fastest:g} mm/s over {signal.rate:g} samples per mm")
+    check_growth(
+        inside * speed.seconds, len(speed), f"at up to {fastest:g} mm/s over {signal.rate:g} samples per mm"
+    )
     count = max(1, round(speed.seconds * inside))
     path = _integral(speed)(np.arange(count) / inside)  # mm
     end = (len(signal) - 1) / signal.rate
@@ -185,7 +187,9 @@ def _travelled(
     path = np.maximum.accumulate(path)
     step = least / rate
     count = max(1, math.floor(path[-1] / step))
-    check_growth(count, len(speed), "on the grid of the slowest moment; raise standstill, or cut the recording")
+    check_growth(
+        count, len(speed), "on the grid of the slowest moment; raise standstill, or cut the recording"
+    )
     return _interpolated(samples, np.interp(np.arange(count) * step, path, time))
 
 

@@ -22,6 +22,7 @@ import tomli_w
 from pydantic import ConfigDict
 from typing_extensions import TypedDict
 
+from tactogram.datasets.recording import LabelName
 from tactogram.datasets.store.remote import is_remote
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import ImageKind, Kind, Model, SignalKind
@@ -44,7 +45,7 @@ class RunData(TypedDict, total=False):
     name: Required[str]
     sha256: Required[str]
     licence: Required[str]
-    label: Required[str]
+    label: Required[LabelName]
     simulated: Required[bool]
     path: str
     split: Mapping[str, Any]
@@ -61,6 +62,7 @@ class ModelFacts(TypedDict, total=False):
     kind: Required[dict[str, Any]]
     notes: Required[list[str]]
     validation: dict[str, Any]
+    photographs: dict[str, Any]
 
 
 class _Versioned(TypedDict):
@@ -214,7 +216,7 @@ class Run:
         with (self.folder / "metrics.jsonl").open("a", encoding="utf-8") as file:
             file.write(json.dumps({**asdict(position), **values}) + "\n")
 
-    def metrics(self) -> list[LoggedLine]:
+    def metrics(self) -> list[dict[str, Any]]:
         """Return the logged lines, without a last line cut short by a kill; refuses other broken lines."""
         path = self.folder / "metrics.jsonl"
         if not path.exists():
@@ -222,7 +224,9 @@ class Run:
         try:
             lines = read_text(path).split("\n")[:-1]
             places = [(f"{path}: line {number}", line) for number, line in enumerate(lines, 1)]
-            rows = [facts_of(LoggedLine, parse_json(line, where), where=where) for where, line in places]
+            rows: list[Any] = [
+                facts_of(LoggedLine, parse_json(line, where), where=where) for where, line in places
+            ]
         except DataError as error:
             raise RunError(f"{error}; delete the line, or the run") from error
         return rows
@@ -261,7 +265,9 @@ class Run:
         """Return the properties that all signals, or all images, of the run share."""
         kind, where = self.facts()["kind"], f"{self.folder / 'model.json'}: kind"
         with self.refusing():
-            return facts_of(SignalKind if "rate" in kind else ImageKind, kind, where=where)
+            if "rate" in kind:
+                return facts_of(SignalKind, kind, where=where)
+            return facts_of(ImageKind, kind, where=where)
 
     def read_json(self, name: str, kind: Any = dict[str, Any]) -> Any:
         """Return one of the run's JSON files as a ``kind``; refuses another content."""

@@ -33,7 +33,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from pydantic import Field
 
-from tactogram.datasets.recording import Recording, RecordingInfo
+from tactogram.datasets.recording import RecordingInfo
 from tactogram.datasets.store.remote import RemotePath, readable
 from tactogram.errors import DataError, ParameterError, printable
 from tactogram.signal import Signal

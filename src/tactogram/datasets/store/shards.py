@@ -189,7 +189,10 @@ class ShardIndex:
         held = np.array([stored.rows for stored in facts.shards] or [0])
         inside = ((shard >= 0) & (shard < len(held)) & (row >= 0)).all() and (row < held[shard]).all()
         taken = len(np.unique(np.array(self.begins)[shard] + row)) if inside else -1
-        return taken == facts.rows and store_hash(self.ids, facts.photographs, facts.ratings_sha256) == facts.sha256
+        return (
+            taken == facts.rows
+            and store_hash(self.ids, facts.photographs, facts.ratings_sha256) == facts.sha256
+        )
 
     @cached_property
     def begins(self) -> list[int]:
@@ -227,13 +230,13 @@ def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
             else:
                 check_regular(file)
                 ids = np.load(file, mmap_mode="r", allow_pickle=False)
-            index = ShardIndex(facts.shards, ids)
-            if not index.is_of(facts):
-                raise DataError("not the list of ids that was written")
     except MissingFileError:
         raise
-    except DataError as error:
-        LOG.warning("%s: %s; the shards are read instead", file, error.message.problem)
+    except DataError:
+        ids = np.zeros(0, ID_TABLE)
+    index = ShardIndex(facts.shards, ids)
+    if not index.is_of(facts):
+        LOG.warning("%s: not the list of ids that was written; the shards are read instead", file)
         index = _read_again(path, facts)
     return index
 

@@ -32,9 +32,9 @@ class FrictionCalibration(FrozenModel):
     residual_sd: float
     """Standard deviation of the friction coefficient from the law."""
     r_squared: float
-    exponent: float | None
+    exponent: float | None = None
     """Of a fit of mu_0 + s V^n; None if it did not converge."""
-    exponent_interval: tuple[float, float] | None
+    exponent_interval: tuple[float, float] | None = None
     highest_v_rms: float
     """Largest measured voltage; beyond it the law is extrapolated."""
 
@@ -69,8 +69,7 @@ def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
     rows = values.get("calibration")
     if not isinstance(rows, list) or set(values) != {"calibration"}:
         raise DataError(path, f"needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}")
-    absent = {"exponent": None, "exponent_interval": None}
-    return [validated(FrictionCalibration, {**absent, **row}, where=f"{path}: calibration") for row in rows]
+    return [validated(FrictionCalibration, row, where=f"{path}: calibration") for row in rows]
 
 
 def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalibration:

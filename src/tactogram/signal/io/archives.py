@@ -18,6 +18,7 @@ from typing import IO
 import numpy as np
 
 from tactogram.errors import DataError, TactogramError, one_line
+from tactogram.text_files import check_regular
 
 MIB = 2**20
 ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
@@ -56,8 +57,10 @@ def check_archive(
 @contextmanager
 def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[None]:
     """Raise a `DataError` for an empty file and for whatever a library raises for a damaged one; name the source."""
-    if isinstance(source, Path) and source.is_file() and source.stat().st_size == 0:
-        raise DataError(source, "empty file")
+    if isinstance(source, Path) and source.exists():
+        check_regular(source)
+        if source.stat().st_size == 0:
+            raise DataError(source, "empty file")
     try:
         yield
     except TactogramError as error:

@@ -32,7 +32,7 @@ from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
 from tactogram.signal.signal import Signal, signal_of
 from tactogram.signal.timing import SamplingTiming, estimate_timing
-from tactogram.text_files import path_of
+from tactogram.text_files import check_regular, path_of
 
 LOG = logging.getLogger("tactogram")
 SOUND = (
@@ -379,8 +379,9 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
 
 def _existing(path: str | Path) -> Path:
     path = path_of(path, "path")
-    if not path.is_file():
-        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
+    if not path.exists():
+        raise DataError(path, "no such file")
+    check_regular(path)
     return path
 
 

@@ -29,6 +29,7 @@ from tactogram.extras import imported
 from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
+from tactogram.text_files import check_regular
 
 PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "HEIF")
 """Readable formats. Others of Pillow's run programs (EPS) or are no photographs."""
@@ -109,6 +110,7 @@ def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
 def picture_bytes(path: Path | str) -> bytes:
     """Return the content of a picture file; `DataError` if it is unreadable or empty."""
     try:
+        check_regular(Path(path))
         data = Path(path).read_bytes()
     except OSError as error:
         raise DataError(path, f"not readable: {error.strerror}") from error

@@ -99,7 +99,7 @@ def generate(
 def checked_condition(
     run: LoadedRun, condition: Condition, seconds: float | None, seed: int
 ) -> dict[str, Any]:
-    """Return a condition as the model takes it; raise a `ParameterError` for what `generate` refuses, before it starts."""
+    """Return a condition as the model takes it; `ParameterError` for what `generate` refuses before it starts."""
     _ = run.generator  # refuses a run that does not generate
     _check(seconds, seed)
     check_values(condition)

@@ -136,9 +136,11 @@ def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer
         raise ParameterError(
             f"a sweep needs 8 frequencies and as many admittances, got {f.shape} and {y.shape}"
         )
-    if not (np.isfinite(f).all() and (f > 0).all()) or np.isinf(y).any():
-        raise ParameterError("a sweep's frequencies must be > 0 Hz and its values finite")
     valid = ~np.isnan(y)
+    if not ((f >= 1) & (f <= 1e9)).all() or not (np.abs(y[valid]) <= 1e6).all():
+        raise ParameterError(
+            "a sweep's frequencies must be 1 to 1e9 Hz, and its values finite, at most 1e6 S"
+        )
     if valid.sum() < max(8, len(f) / 2):
         raise ParameterError(
             f"{(~valid).sum()} of the sweep's {len(f)} measurements were lost: check the probe"
