@@ -22,8 +22,9 @@ import traceback
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import import_module
+from itertools import islice
 from pathlib import Path
 from random import Random
 
@@ -136,7 +137,7 @@ class Outcome:
     @property
     def faults(self) -> list[str]:
         """Findings by kind."""
-        slow = self.status in (-signal.SIGALRM, -signal.SIGXCPU, -signal.SIGKILL)
+        slow = self.status in (-signal.SIGALRM, -signal.SIGPROF, -signal.SIGKILL)
         last = (self.text.strip().splitlines() or [""])[-1]
         found = {
             "hang": slow,
@@ -159,6 +160,7 @@ class Bench:
 
     def __init__(self, folder: Path, *, forks: bool = True) -> None:
         self.corpus, self.work, self.forks = folder / "corpus", folder / "work", forks
+        self.said = folder / "said.txt"
         self.corpus.mkdir(parents=True, exist_ok=True)
 
     def part(self, name: str) -> Path:
@@ -242,25 +244,55 @@ class Bench:
 
     def run(self, trial: Trial) -> Outcome:
         """Run a trial in a process of its own."""
-        before, said = self.prepared(trial), self.work.with_suffix(".txt")
-        began = time.monotonic()
-        pid = os.fork()
-        if not pid:
-            with _exiting():
-                _limited(said, self.work)
-                from tactogram.cli import main
+        [outcome] = self.runs([trial])
+        return outcome
 
-                sys.argv = ["tactogram", *trial.argv, "--quiet"]
-                sys.exit(main())
-        _, status, usage = os.wait4(pid, 0)
-        with suppress(ProcessLookupError):
-            os.killpg(pid, signal.SIGKILL)  # processes of its own
+    def runs(self, batch: Sequence[Trial]) -> Iterator[Outcome]:
+        """Run trials in a forked process, of which a new one goes on where it ends in one of them."""
+        done = 0
+        while done < len(batch):
+            reading, writing = os.pipe()
+            if not (pid := os.fork()):
+                with _exiting(), open(writing, "w") as told:
+                    _limit(self.work.parent)
+                    for trial in batch[done:]:
+                        told.write(json.dumps(asdict(self._attempt(trial))) + "\n")
+                        told.flush()
+            os.close(writing)
+            with open(reading) as lines:
+                for line in lines:
+                    done += 1
+                    yield Outcome(**json.loads(line))
+            _, status, usage = os.wait4(pid, 0)
+            with suppress(ProcessLookupError):
+                os.killpg(pid, signal.SIGKILL)  # processes of its own
+            if done < len(batch):
+                done += 1
+                code, text = os.waitstatus_to_exitcode(status), self.said.read_text(errors="replace")
+                yield Outcome(code, 0.0, usage.ru_maxrss * 1024, text, ("unknown",))
+
+    def _attempt(self, trial: Trial) -> Outcome:
+        """Run a trial in this process."""
+        before = self.prepared(trial)
+        os.chdir(self.work)
+        said = os.open(self.said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
+        os.dup2(said, 1)
+        os.dup2(said, 2)
+        os.close(said)
+        Path("/proc/self/clear_refs").write_text("5")  # the peak from now on
+        began = time.monotonic()
+        signal.setitimer(signal.ITIMER_PROF, MOST_SECONDS)
+        signal.alarm(3 * MOST_SECONDS)
+        code = _status_of([*trial.argv, "--quiet"])
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.alarm(0)
+        seconds = time.monotonic() - began
+        peak = re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())
         changed = self.changed(before)
         if trial.target in MAY_WRITE:
             changed = [name for name in changed if name.startswith("out")]
-        code = os.waitstatus_to_exitcode(status)
-        text = said.read_text(errors="replace")
-        return Outcome(code, time.monotonic() - began, usage.ru_maxrss * 1024, text, tuple(changed))
+        text = self.said.read_text(errors="replace")
+        return Outcome(code, seconds, int(peak[1]) * 1024 if peak else 0, text, tuple(changed))
 
 
 ODD = ("folder", "pipe", "zero", "dangling", "loop", "gone")
@@ -295,38 +327,45 @@ def _state(folder: Path) -> dict[str, tuple[int, int]]:
 
 @contextmanager
 def _exiting() -> Iterator[None]:
-    """Leave a forked process, whatever happens, as a process of its own would."""
-    code = 0
+    """Leave a forked process, whatever happens."""
+    code = 1
     try:
         yield
+        code = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        if modules := os.environ.get("FUZZ_MODULES"):
+            Path(modules).write_text("\n".join(sys.modules))
+        os._exit(code)
+
+
+def _status_of(argv: Sequence[str]) -> int:
+    """Return the exit status that a process of these words would have."""
+    from tactogram.cli import main
+
+    sys.argv = ["tactogram", *argv]
+    try:
+        code = main()
     except SystemExit as left:
         code = left.code if isinstance(left.code, int) else 0
     except BaseException:
         traceback.print_exc()
         code = 70
-    finally:
-        if modules := os.environ.get("FUZZ_MODULES"):
-            Path(modules).write_text("\n".join(sys.modules))
-        sys.stdout.flush()
-        sys.stderr.flush()
-        os._exit(code)
+    sys.stdout.flush()
+    sys.stderr.flush()
+    return code
 
 
-def _limited(said: Path, work: Path) -> None:
+def _limit(temporary: Path) -> None:
     os.setpgid(0, 0)
-    out = os.open(said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC)
-    os.dup2(out, 1)
-    os.dup2(out, 2)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     sys.stdout = os.fdopen(1, "w", closefd=False)
     sys.stderr = os.fdopen(2, "w", closefd=False)
-    os.chdir(work)
-    os.environ["TMPDIR"] = str(work.parent)
+    os.environ["TMPDIR"] = str(temporary)
     size = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     resource.setrlimit(resource.RLIMIT_AS, (size + 4 * MOST_BYTES,) * 2)
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_FSIZE, (MOST_BYTES,) * 2)
-    signal.alarm(3 * MOST_SECONDS)
 
 
 def warm(bench: Bench, targets: Sequence[str]) -> None:
@@ -404,17 +443,23 @@ def fuzz(
             "by_target": {name: {"inputs": inputs[name], **found[name]} for name in targets},
         }
 
-    for number, trial in trials(bench, seed, targets, minutes, most):
-        outcome = bench.run(trial)
-        inputs[trial.target] += 1
-        slowest, largest = max(slowest, outcome.seconds), max(largest, outcome.peak)
-        for fault in outcome.faults:
-            found[trial.target][fault] += 1
-        if outcome.faults and out is not None:
-            save(trial, outcome, out / f"{trial.target}-{number}-{'-'.join(outcome.faults)}")
-        if out is not None and inputs.total() % 100 == 0:
+    for batch in batched(trials(bench, seed, targets, minutes, most)):
+        for (number, trial), outcome in zip(batch, bench.runs([trial for _, trial in batch]), strict=True):
+            inputs[trial.target] += 1
+            slowest, largest = max(slowest, outcome.seconds), max(largest, outcome.peak)
+            for fault in outcome.faults:
+                found[trial.target][fault] += 1
+            if outcome.faults and out is not None:
+                save(trial, outcome, out / f"{trial.target}-{number}-{'-'.join(outcome.faults)}")
+        if out is not None:
             write(counts(), out)
     return counts()
+
+
+def batched(numbered: Iterator[tuple[int, Trial]], count: int = 25) -> Iterator[list[tuple[int, Trial]]]:
+    """Yield the trials of a process each."""
+    while batch := list(islice(numbered, count)):
+        yield batch
 
 
 def write(counts: dict, out: Path) -> None:
