@@ -75,7 +75,7 @@ def test_a_kind_keeps_its_domain_and_runs_from_before_it_are_over_time(run):
     kind = SignalKind(40.0, "1", ("friction",), ("felt",), domain="displacement")
     run.finish(Counter(), kind, {"model": "counter", "notes": []})
     assert run.kind() == kind
-    facts = run.read_json("model.json")
+    facts = run.read_json("model.json", dict)
     del facts["kind"]["domain"]
     run.write_json("model.json", facts)
     assert run.kind().domain == "time"

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Required, Self
+from typing import Any, Required, Self, TypeVar
 
 import tomli_w
 from pydantic import ConfigDict
@@ -33,6 +33,7 @@ from tactogram.training.checkpoint import load_state, save_state
 from tactogram.validation import facts_of
 
 VERSION = 1
+T = TypeVar("T")
 _OPEN = ConfigDict(extra="allow")
 """Models and workflows keep further facts in the run's files."""
 
@@ -63,10 +64,6 @@ class ModelFacts(TypedDict, total=False):
     notes: Required[list[str]]
     validation: dict[str, Any]
     photographs: dict[str, Any]
-
-
-class _Versioned(TypedDict):
-    version: int
 
 
 class EvaluatedData(TypedDict):
@@ -179,16 +176,13 @@ class Run:
     @property
     def data(self) -> RunData:
         """The training data: path, name, sha256, split, whether simulated."""
-        data: RunData = self.read_json("data.json", RunData)
-        return data
+        return self.read_json("data.json", RunData)
 
     @property
     def evaluation(self) -> RunEvaluation:
         """Figures of the evaluation; empty if there was none."""
-        found: RunEvaluation = {}
-        if (self.folder / "evaluation.json").is_file():
-            found = self.read_json("evaluation.json", RunEvaluation)
-        return found
+        found = (self.folder / "evaluation.json").is_file()
+        return self.read_json("evaluation.json", RunEvaluation) if found else {}
 
     def save_checkpoint(self, learner: Model, position: TrainingPosition) -> None:
         """Save the state at ``position``."""
@@ -223,9 +217,9 @@ class Run:
             return []
         try:
             lines = read_text(path).split("\n")[:-1]
-            places = [(f"{path}: line {number}", line) for number, line in enumerate(lines, 1)]
             rows: list[Any] = [
-                facts_of(LoggedLine, parse_json(line, where), where=where) for where, line in places
+                facts_of(LoggedLine, parse_json(line, where := f"{path}: line {number}"), where=where)
+                for number, line in enumerate(lines, 1)
             ]
         except DataError as error:
             raise RunError(f"{error}; delete the line, or the run") from error
@@ -255,11 +249,10 @@ class Run:
         """
         if not self.finished:
             raise RunError(f"{self.folder}: the training is not finished; resume it")
-        version = self.read_json("model.json", _Versioned)["version"]
-        if version > VERSION:
+        version = self.read_json("model.json", dict).get("version")
+        if isinstance(version, int) and version > VERSION:
             raise RunError(f"{self.folder}: of a later version (format {version}, known {VERSION})")
-        facts: ModelFacts = self.read_json("model.json", ModelFacts)
-        return facts
+        return self.read_json("model.json", ModelFacts)
 
     def kind(self) -> Kind:
         """Return the properties that all signals, or all images, of the run share."""
@@ -269,7 +262,7 @@ class Run:
                 return facts_of(SignalKind, kind, where=where)
             return facts_of(ImageKind, kind, where=where)
 
-    def read_json(self, name: str, kind: Any = dict[str, Any]) -> Any:
+    def read_json(self, name: str, kind: type[T]) -> T:
         """Return one of the run's JSON files as a ``kind``; refuses another content."""
         path = self.folder / name
         with self.refusing():

@@ -9,7 +9,6 @@ import lzma
 import math
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,8 +20,6 @@ from tactogram.errors import DataError, TactogramError, one_line
 from tactogram.text_files import check_regular
 
 MIB = 2**20
-ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
-"""Errors of a damaged archive."""
 SMALL = 256 * MIB
 """Unpacked size that any archive may have."""
 MOST_GROWTH = 100
@@ -89,11 +86,9 @@ def unpacked(path: Path) -> dict[str, bytes]:
 
     What phyphox and Sensor Logger write of the telephone beside the recordings is left out.
     """
-    raw, suffix = path.read_bytes(), path.suffix.lower()
-    most = max(SMALL, MOST_GROWTH * len(raw))
-    if not raw:
-        raise DataError(path, "empty file")
-    try:
+    with decoding(path, "truncated or damaged"):
+        raw, suffix = path.read_bytes(), path.suffix.lower()
+        most = max(SMALL, MOST_GROWTH * len(raw))
         if suffix == ".zip":
             check_archive(io.BytesIO(raw), path)
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
@@ -111,8 +106,6 @@ def unpacked(path: Path) -> dict[str, bytes]:
         else:
             with (gzip if suffix == ".gz" else bz2).open(io.BytesIO(raw)) as file:
                 text = file.read(most + 1)
-    except (*ZIP_ERRORS, lzma.LZMAError) as error:
-        raise DataError(path, f"truncated or damaged: {one_line(error)}") from None
     check_size(len(text), path)
     return {str(path): text}
 

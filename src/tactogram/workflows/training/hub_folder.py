@@ -110,7 +110,7 @@ def _copy(source: Path, target: Path) -> None:
     if left_out is None:
         shutil.copyfile(source, target)
         return
-    values = Run(source.parent).read_json(source.name)
+    values = Run(source.parent).read_json(source.name, dict)
     kept = {key: value for key, value in values.items() if key not in left_out}
     Run(target.parent).write_json(target.name, {**kept, "path": ""} if "path" in values else kept)
 
