@@ -132,7 +132,7 @@ def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer
 
     f = np.asarray(frequency, np.float64)
     y = np.asarray(admittance, np.complex128)
-    if f.ndim != 1 or f.shape != y.shape or len(f) < 8:
+    if f.ndim != 1 or f.shape != y.shape or len(np.unique(f)) < 8:
         raise ParameterError(
             f"a sweep needs 8 frequencies and as many admittances, got {f.shape} and {y.shape}"
         )
@@ -209,7 +209,7 @@ def _first_guess(f: NDArray[np.float64], y: NDArray[np.complex128]) -> Transduce
     if not conductance[top] > 0:
         raise ParameterError("no resonance in this sweep: its conductance is nowhere above 0")
     above = f[conductance > conductance[top] / 2]
-    width = max(float(above.max() - above.min()), float(np.diff(f).min()))
+    width = max(float(np.ptp(above)), float(np.ptp(f)) / len(f))
     ends = np.concatenate([y[:2].imag / f[:2], y[-2:].imag / f[-2:]]) / (2 * np.pi)
     return Transducer(
         float(f[top]),
