@@ -8,7 +8,6 @@ import io
 import json
 import math
 import re
-import stat
 import tomllib
 from collections.abc import Mapping, Sequence
 from os import PathLike
@@ -48,9 +47,10 @@ def path_of(value: object, parameter: str) -> Path:
 
 
 def check_regular(path: Path) -> None:
-    """Refuse a folder, and a pipe, socket or device, which would be read for ever; a missing file is an OSError."""
-    if not stat.S_ISREG(mode := path.stat().st_mode):
-        raise DataError(path, "is a folder" if stat.S_ISDIR(mode) else "is no file on a disk; save it as one")
+    """Refuse a missing file, a folder, and a pipe, socket or device, which would be read for ever."""
+    if not path.is_file():
+        kind = "is a folder" if path.is_dir() else "is no file on a disk; save it as one"
+        raise DataError(path, kind if path.exists() else "no such file")
 
 
 def displayable(text: str) -> str:

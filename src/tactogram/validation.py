@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
@@ -54,18 +55,17 @@ def validated(kind: type[M], values: object, *, where: str) -> M:
         raise ParameterError(_sentence(kind, first, where), value=value, choices=known) from None
 
 
+@cache
+def _adapter(kind: type[T]) -> TypeAdapter[T]:
+    return TypeAdapter(kind)
+
+
 def facts_of(kind: type[T], values: object, *, where: object, remedy: str = "") -> T:
     """Return what this package wrote into a file as a ``kind``, such as a dataclass; the `DataError` names the key."""
     try:
-        return TypeAdapter(kind).validate_python(values)
+        return _adapter(kind).validate_python(values)
     except ValidationError as error:
-        first = error.errors()[0]
-        key, value = _dotted(first["loc"]), shown(first["input"])
-        problem = str(first.get("ctx", {}).get("error") or _plain(first["msg"]))
-        lacking = first["type"] == "missing"
-        raise DataError(
-            where, f"lacks {key}" if lacking else f"{_joined(key, problem)}, got {value}", remedy=remedy
-        ) from None
+        raise DataError(where, _sentence(BaseModel, error.errors()[0], ""), remedy=remedy) from None
 
 
 def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> tuple[Fault, ...]:
@@ -115,7 +115,8 @@ def _sentence(kind: type[BaseModel], error: ErrorDetails, where: str) -> str:
 def _plain(sentence: str) -> str:
     """Return a sentence of pydantic's in our words."""
     sentence = re.sub(r"a (valid )?(dictionary|mapping).*", "a table", sentence)
-    return sentence.replace("Input should be", "must be").replace("a valid tuple", "a list")
+    sentence = re.sub(r"^Input should be (a valid list|a valid tuple)$", "must be a list", sentence)
+    return sentence.replace("Input should be", "must be").replace("Field required", "is missing")
 
 
 def _joined(*parts: str) -> str:

@@ -66,9 +66,7 @@ class ModelFacts(TypedDict, total=False):
     photographs: dict[str, Any]
 
 
-class EvaluatedData(TypedDict):
-    """Recordings of an evaluation."""
-
+class _EvaluatedData(TypedDict):
     __pydantic_config__ = _OPEN  # type: ignore[misc]
     name: str
     sha256: str
@@ -79,7 +77,7 @@ class RunEvaluation(TypedDict, total=False):
     """Content of ``evaluation.json``."""
 
     __pydantic_config__ = _OPEN  # type: ignore[misc]
-    data: EvaluatedData
+    data: _EvaluatedData
     measures: dict[str, Any]
 
 

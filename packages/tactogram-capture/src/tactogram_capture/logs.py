@@ -167,8 +167,6 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
         logs = [log for stream in streams if (log := _sensor_log(stream, unit, warnings)) is not None]
     except TactogramError:
         raise
-    except FileNotFoundError:
-        raise DataError(path, "no such file") from None
     except Exception as error:  # pyxdf has no error of its own for damaged files
         raise DataError(path, f"not readable as XDF ({one_line(error)})") from error
     if not logs:

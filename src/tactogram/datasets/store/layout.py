@@ -39,7 +39,7 @@ from tactogram.errors import DataError, ParameterError, printable
 from tactogram.signal import Signal
 from tactogram.signal.io.archives import decoding
 from tactogram.signal.signal import Domain
-from tactogram.text_files import check_regular, parse_json, read_json
+from tactogram.text_files import parse_json, read_json
 from tactogram.validation import facts_of
 
 FORMAT = "tactogram-dataset"
@@ -316,10 +316,11 @@ def stored_file(path: Path, rows: int) -> StoredFile:
 
 
 @contextmanager
-def reading(path: Path | RemotePath, *, remedy: str = "import the data again") -> Iterator[None]:
+def reading(path: Path | RemotePath) -> Iterator[None]:
     """Raise a `DataError` for whatever reading a damaged file of a store raises, `MissingFileError` if it is gone."""
+    remedy = "import the data again"
     try:
-        with decoding(str(path), "damaged", remedy=remedy):
+        with decoding(path if isinstance(path, Path) else str(path), "damaged", remedy=remedy):
             yield
     except DataError as error:
         if isinstance(error.__cause__, FileNotFoundError):
@@ -329,8 +330,6 @@ def reading(path: Path | RemotePath, *, remedy: str = "import the data again") -
 
 def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
     """Open ``path``, within `reading`; `DataError` if its size or rows differ from ``stored``."""
-    if not isinstance(path, RemotePath):
-        check_regular(path)
     size = file_size(path)
     if size != stored.bytes:
         raise DataError(f"must be {stored.bytes} bytes, got {size}")

@@ -42,7 +42,6 @@ from tactogram.datasets.store.pending import StagedFiles
 from tactogram.datasets.store.remote import BlockReader, RemotePath
 from tactogram.errors import DataError
 from tactogram.signal import Signal
-from tactogram.text_files import check_regular
 
 LOG = logging.getLogger("tactogram")
 GROUP_BYTES, GROUP_ROWS = 2**25, 1024
@@ -228,7 +227,6 @@ def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
             if isinstance(file, RemotePath):
                 ids = np.load(io.BytesIO(file.read_bytes()), allow_pickle=False)
             else:
-                check_regular(file)
                 ids = np.load(file, mmap_mode="r", allow_pickle=False)
     except MissingFileError:
         raise

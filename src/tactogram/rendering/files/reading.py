@@ -121,8 +121,6 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
 
 
 def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
-    if not path.exists():
-        raise DataError(path, "no such file")
     check_regular(path)
     if path.stat().st_size > MOST_BYTES:
         raise DataError(path, f"must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")

@@ -12,9 +12,6 @@ from pathlib import Path
 
 from tactogram.errors import ParameterError
 
-LONGEST_NAME = 255
-"""Bytes of a file's name on common file systems."""
-
 
 @contextmanager
 def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Iterator[Path]:
@@ -72,8 +69,8 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
     Permissions are not sufficient (a file system may be read-only, a network share may have its own), so an unnamed
     file is opened in the nearest existing folder; nothing is left there, and no folder is made.
     """
-    if long := [part for part in path.parts if len(os.fsencode(part)) > LONGEST_NAME]:
-        raise ParameterError(f"{long[0]}: a name must have at most {LONGEST_NAME} bytes; give a shorter one")
+    if long := [part for part in path.parts if len(os.fsencode(part)) > 255]:
+        raise ParameterError(f"{long[0]}: a name must have at most 255 bytes; give a shorter one")
     try:
         if folder and path.exists() and not path.is_dir():
             raise ParameterError(f"{path}: is a file; a folder is needed here: give another name")

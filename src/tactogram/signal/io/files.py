@@ -379,8 +379,6 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
 
 def _existing(path: str | Path) -> Path:
     path = path_of(path, "path")
-    if not path.exists():
-        raise DataError(path, "no such file")
     check_regular(path)
     return path
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, get_origin
@@ -169,8 +168,10 @@ def generate_many(
         for row in rows
     ]
     for row in rows:
-        with _naming(row):
+        try:
             _check_row(loaded, row, folder)
+        except TactogramError as error:
+            raise ParameterError(row.file, error) from error
     kept = folder / "made"
     chunks = [
         _Chunk(
@@ -200,15 +201,8 @@ def _made(chunk: _Chunk) -> dict[str, Any]:
     """Write the files of some rows; return their facts."""
     loaded, files = load_run(chunk.run), []
     for row in chunk.rows:
-        with _naming(row):
-            files += generate_files(
-                loaded,
-                {},
-                Path(chunk.out) / row.file,
-                seconds=row.seconds,
-                seed=row.seed or 0,
-                options=row.options,
-            )
+        target, seed = Path(chunk.out) / row.file, row.seed or 0
+        files += generate_files(loaded, {}, target, seconds=row.seconds, seed=seed, options=row.options)
     return {"files": files}
 
 
@@ -218,11 +212,3 @@ def _check_row(run: LoadedRun, row: ConditionRow, folder: Path) -> None:
     check_writable(folder / row.file)
     seed = row.seed or 0
     checked_condition(run, Reading(run, {}, row.seconds, seed).condition(row.options), row.seconds, seed)
-
-
-@contextmanager
-def _naming(row: ConditionRow) -> Iterator[None]:
-    try:
-        yield
-    except TactogramError as error:
-        raise ParameterError(row.file, error) from error

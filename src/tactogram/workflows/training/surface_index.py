@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -25,12 +24,11 @@ from scipy.signal import welch
 from scipy.stats import t as student
 from typing_extensions import TypedDict
 
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import Example, Model
 from tactogram.signal import Signal
 from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write
-from tactogram.text_files import check_regular
 from tactogram.training.run import Run
 
 INDEX_FILES = ("search-vectors.npy", "search-whitening.npy", "search.json")
@@ -125,25 +123,19 @@ class SurfaceIndex:
         index = cls.__new__(cls)
         index.ids, index.materials = facts["ids"], facts["materials"]
         index.threshold, index.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        with run.refusing():
-            index.whitened, index.whitening = (_matrix(run.folder / name) for name in INDEX_FILES[:2])
-        features = index.whitened.shape[1]
-        if not (
-            len(index.whitened) == len(index.ids) == len(index.materials) > 0
-            and index.whitening.shape == (features, features)
+        for name, attribute in zip(INDEX_FILES, ("whitened", "whitening"), strict=False):
+            with run.refusing(), decoding(run.folder / name, "not readable"):
+                matrix = np.load(run.folder / name, allow_pickle=False)
+                if matrix.ndim != 2 or matrix.dtype != np.float32 or not np.isfinite(matrix).all():
+                    raise DataError("must be a matrix of finite numbers")
+                setattr(index, attribute, matrix)
+        count, features = index.whitened.shape
+        if (
+            not 0 < count == len(index.ids) == len(index.materials)
+            or index.whitening.shape != (features,) * 2
         ):
             raise RunError(f"{run.folder / 'search-vectors.npy'}: does not match search.json")
         return index
-
-
-def _matrix(path: Path) -> NDArray[np.float32]:
-    """Return a matrix of finite numbers in a file of `SurfaceIndex.save`."""
-    with decoding(path, "not readable"):
-        check_regular(path)
-        matrix: NDArray[np.float32] = np.load(path, allow_pickle=False)
-        if matrix.ndim != 2 or matrix.dtype != np.float32 or not np.isfinite(matrix).all():
-            raise RunError("must be a matrix of finite numbers")
-        return matrix
 
 
 def build_index(embedder: Model, known: Sequence[Example], validation: Sequence[Example]) -> SurfaceIndex:
