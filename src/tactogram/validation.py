@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
@@ -55,15 +55,14 @@ def validated(kind: type[M], values: object, *, where: str) -> M:
         raise ParameterError(_sentence(kind, first, where), value=value, choices=known) from None
 
 
-@cache
-def _adapter(kind: type[T]) -> TypeAdapter[T]:
-    return TypeAdapter(kind)
+_adapter: Callable[[Any], TypeAdapter[Any]] = cache(TypeAdapter)
 
 
 def facts_of(kind: type[T], values: object, *, where: object, remedy: str = "") -> T:
     """Return what this package wrote into a file as a ``kind``, such as a dataclass; the `DataError` names the key."""
     try:
-        return _adapter(kind).validate_python(values)
+        value: T = _adapter(kind).validate_python(values)
+        return value
     except ValidationError as error:
         raise DataError(where, _sentence(BaseModel, error.errors()[0], ""), remedy=remedy) from None
 

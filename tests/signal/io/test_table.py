@@ -90,7 +90,10 @@ TABLES = {
     ),
     "binary": (b"PK\3\4" + bytes(50), "not a text file: zero byte at byte 4"),
     "later version": ('# {"tactogram": 99}\nx\n1\n', "description must be of version 1, got 99"),
-    "damaged description": ('# {"tactogram": 1, "rate": "x"}\nt,x\n1,2\n', "description: rate: must be a valid number"),
+    "damaged description": (
+        '# {"tactogram": 1, "rate": "x"}\nt,x\n1,2\n',
+        "description: rate: must be a valid number",
+    ),
 }
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import Field
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
 from tactogram.validation import FrozenModel, validated
 
@@ -59,17 +59,16 @@ class FrictionCalibration(FrozenModel):
         }
 
 
+class _Calibrations(FrozenModel):
+    calibration: list[FrictionCalibration]
+
+
 def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
     """Return the calibrations in a TOML file.
 
     Raises `DataError` if it is not valid TOML; `ParameterError` if a key or value is wrong.
     """
-    path = Path(path)
-    values = read_toml(path)
-    rows = values.get("calibration")
-    if not isinstance(rows, list) or set(values) != {"calibration"}:
-        raise DataError(path, f"needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}")
-    return [validated(FrictionCalibration, row, where=f"{path}: calibration") for row in rows]
+    return validated(_Calibrations, read_toml(Path(path)), where=str(path)).calibration
 
 
 def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalibration:

@@ -17,7 +17,6 @@ from tactogram.model import (
     Limit,
     check_condition,
     check_options,
-    check_values,
     condition_options,
     material_weights,
 )
@@ -102,11 +101,10 @@ def checked_condition(
     """Return a condition as the model takes it; `ParameterError` for what `generate` refuses before it starts."""
     _ = run.generator  # refuses a run that does not generate
     _check(seconds, seed)
-    check_values(condition)
     if condition.get("motion") is not None:
         _check_motion(run)
+    check_condition(condition, takes=(*run.facts.conditions, "text", "latent"))
     asked = with_materials(run, condition)
-    check_condition(asked, takes=(*run.facts.conditions, "text", "latent"))
     if asked.get("material") is not None:
         material_weights(asked, run.any_kind.materials)
     return within(run, asked)
