@@ -62,9 +62,9 @@ def facts_of(kind: type[T], values: object, *, where: object, remedy: str = "") 
     """Return what this package wrote into a file as a ``kind``, such as a dataclass; the `DataError` names the key."""
     try:
         value: T = _adapter(kind).validate_python(values)
-        return value
     except ValidationError as error:
         raise DataError(where, _sentence(BaseModel, error.errors()[0], ""), remedy=remedy) from None
+    return value
 
 
 def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> tuple[Fault, ...]:

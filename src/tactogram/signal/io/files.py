@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, Message, ParameterError, TactogramError, remedies_of
 from tactogram.signal.io import arrays, hdf5, labview, matlab, records, sound, table, worksheet
-from tactogram.signal.io.archives import unpacked
+from tactogram.signal.io.archives import reason, unpacked
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import (
     IGNORED,
@@ -224,9 +224,14 @@ def _contents(
     ):
         if useless:
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
-    if suffix in SOUND:
-        return (sound.read(path, full_scale=full_scale),)
-    return table_contents(_tables(path, suffix, sheet), time=time, **how)
+    try:
+        if suffix in SOUND:
+            return (sound.read(path, full_scale=full_scale),)
+        return table_contents(_tables(path, suffix, sheet), time=time, **how)
+    except TactogramError:
+        raise
+    except Exception as error:  # whatever a reader trips over, the user needs the name of the file
+        raise DataError(path, f"not readable{reason(error)}; save it as CSV") from error
 
 
 def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
