@@ -28,7 +28,7 @@ class Preparation(BaseModel):
 
     stream: str | None = None
     """Name of the stream; None is ``acceleration`` if there is one, else the first of the data set."""
-    length: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    length: float | None = Field(default=None, gt=0, le=1e9, allow_inf_nan=False)
     """Length from the beginning that is used, s, or mm over displacement: for takes that end at rest. None is all."""
     axes: Annotated[tuple[str, ...], Field(min_length=1)] | Literal["all", "dft321", "pca", "mean"] = "all"
     """Axes by name, all of them, three combined to one by DFT321, their first principal component, or the mean of all:

@@ -46,6 +46,13 @@ def path_of(value: object, parameter: str) -> Path:
     return Path(value)
 
 
+def check_regular(path: Path) -> None:
+    """Refuse a missing file, a folder, and a pipe, socket or device, which would be read for ever."""
+    if not path.is_file():
+        kind = "is a folder" if path.is_dir() else "is no file on a disk; save it as one"
+        raise DataError(path, kind if path.exists() else "no such file")
+
+
 def displayable(text: str) -> str:
     """Return a text that can be shown and sent: bytes of file names that are not UTF-8 become `REPLACEMENT`."""
     return _SURROGATE.sub(REPLACEMENT, text)
@@ -114,6 +121,7 @@ def read_text(path: Path, *, encoding: str = "utf-8-sig", most_bytes: int = MOST
 def read_bytes(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
     """Return the content of a file; `DataError` if it is unreadable, or larger than ``most_bytes``."""
     try:
+        check_regular(path)
         with path.open("rb") as file:
             raw = file.read(most_bytes + 1)
     except (OSError, ValueError) as error:

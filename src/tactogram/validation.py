@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeVar, get_args
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
-from tactogram.errors import ParameterError, TactogramError, shortened, shown
+from tactogram.errors import DataError, ParameterError, TactogramError, shortened, shown
 
 if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
 M = TypeVar("M", bound=BaseModel)
+T = TypeVar("T")
 
 
 class FrozenModel(BaseModel):
@@ -40,16 +43,28 @@ class FaultError(ParameterError):
         self.args = self.faults = faults
 
 
-def validated(kind: type[M], values: Mapping[str, Any], *, where: str) -> M:
+def validated(kind: type[M], values: object, *, where: str) -> M:
     """Return ``values`` as a ``kind``; the `ParameterError` names the key."""
     try:
-        return kind.model_validate(dict(values))
+        return kind.model_validate(dict(values) if isinstance(values, Mapping) else values)
     except ValidationError as error:
         first = error.errors()[0]
         unknown = first["type"] == "extra_forbidden"
         known = _keys_at(kind, first["loc"][:-1]) if unknown else ()
         value = str(first["loc"][-1]) if unknown else first["input"]
         raise ParameterError(_sentence(kind, first, where), value=value, choices=known) from None
+
+
+_adapter: Callable[[Any], TypeAdapter[Any]] = cache(TypeAdapter)
+
+
+def facts_of(kind: type[T], values: object, *, where: object, remedy: str = "") -> T:
+    """Return what this package wrote into a file as a ``kind``, such as a dataclass; the `DataError` names the key."""
+    try:
+        value: T = _adapter(kind).validate_python(values)
+    except ValidationError as error:
+        raise DataError(where, _sentence(BaseModel, error.errors()[0], ""), remedy=remedy) from None
+    return value
 
 
 def faults(kind: type[BaseModel], values: Mapping[str, Any], *, where: str) -> tuple[Fault, ...]:
@@ -89,12 +104,18 @@ def _sentence(kind: type[BaseModel], error: ErrorDetails, where: str) -> str:
         hint = f"; known here: {known}" if known else ""
         return _joined(where, f"unknown key {key!r}{hint}")
     # Our validators raise the cause; the other sentences are pydantic's.
-    message = str(error.get("ctx", {}).get("error") or error["msg"].replace("Input should be", "must be"))
-    message = message.replace("a valid tuple", "a list")
+    message = str(error.get("ctx", {}).get("error") or _plain(error["msg"]))
     if isinstance(error["input"], Mapping | BaseModel):
         # A whole table is not repeated in the message: it would fill a page.
         return _joined(where, key, message)
     return _joined(where, key, f"{message}, got {shown(error['input'])}")
+
+
+def _plain(sentence: str) -> str:
+    """Return a sentence of pydantic's in our words."""
+    sentence = re.sub(r"a (valid )?(dictionary|mapping).*", "a table", sentence)
+    sentence = re.sub(r"^Input should be (a valid list|a valid tuple)$", "must be a list", sentence)
+    return sentence.replace("Input should be", "must be").replace("Field required", "is missing")
 
 
 def _joined(*parts: str) -> str:

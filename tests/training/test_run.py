@@ -6,6 +6,8 @@ from tactogram.model import SignalKind
 from tactogram.recipe import Preparation, Recipe
 from tactogram.training import Run, TrainingPosition
 
+DATA = {"path": "x", "name": "made up", "sha256": "0", "licence": "-", "label": "material", "simulated": True}
+
 
 class Counter:
     """A learner that is a number."""
@@ -23,12 +25,12 @@ class Counter:
 @pytest.fixture
 def run(tmp_path):
     recipe = Recipe(model="counter", prepare=Preparation(band=(20, 1000)))
-    return Run.create(tmp_path / "run", recipe=recipe, data={"path": "x"}, identity="abc")
+    return Run.create(tmp_path / "run", recipe=recipe, data=DATA, identity="abc")
 
 
 def test_the_recipe_is_read_as_it_was_written(run):
     assert run.recipe == Recipe(model="counter", prepare=Preparation(band=(20, 1000)))
-    assert run.data == {"path": "x", "run_id": "abc"}
+    assert run.data == DATA | {"run_id": "abc"}
 
 
 def test_a_folder_holds_one_run(run):
@@ -61,7 +63,7 @@ def test_a_finished_run_has_weights_without_optimisers(run):
     with pytest.raises(RunError, match="training is not finished"):
         run.kind()
     kind = SignalKind(330.0, "m/s^2", ("x", "y", "z"), ("a", "b"), simulated=True)
-    run.finish(learner, kind, {"model": "counter"})
+    run.finish(learner, kind, {"model": "counter", "notes": []})
     assert run.kind() == kind
     assert run.finished
     assert (run.folder / "metrics.csv").read_text() == "stage,step,loss\n0,1,0.5\n"
@@ -71,9 +73,9 @@ def test_a_finished_run_has_weights_without_optimisers(run):
 
 def test_a_kind_keeps_its_domain_and_runs_from_before_it_are_over_time(run):
     kind = SignalKind(40.0, "1", ("friction",), ("felt",), domain="displacement")
-    run.finish(Counter(), kind, {"model": "counter"})
+    run.finish(Counter(), kind, {"model": "counter", "notes": []})
     assert run.kind() == kind
-    facts = run.read_json("model.json")
+    facts = run.read_json("model.json", dict)
     del facts["kind"]["domain"]
     run.write_json("model.json", facts)
     assert run.kind().domain == "time"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
@@ -26,6 +27,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
+    if (
+        argv is None and not sys.warnoptions
+    ):  # in a process of its own: libraries' warnings are for developers
+        warnings.simplefilter("ignore")
     words = list(sys.argv[1:] if argv is None else argv)
     places = verb_places()
     chosen = next((verb for count in (1, 2) if (verb := " ".join(words[:count])) in places), "")

@@ -176,11 +176,9 @@ def _listed(names: Iterable[object]) -> str:
 
 def check_parquet(source: Path | BinaryIO | pa.NativeFile, where: Path | str) -> None:
     """Raise a `DataError` if it is not Parquet, or unpacks to more than `MOST_ROWS` rows or `MOST_BYTES` bytes."""
-    try:
+    with decoding(where, "not a readable Parquet file"):
         facts = pq.read_metadata(source)
         unpacked = sum(facts.row_group(i).total_byte_size for i in range(facts.num_row_groups))
-    except (OSError, ValueError, pa.ArrowException) as error:
-        raise DataError(where, f"not a readable Parquet file: {error}") from error
     if facts.num_rows > MOST_ROWS or unpacked > MOST_BYTES:
         raise DataError(
             where,
@@ -193,7 +191,5 @@ def read_parquet(source: Path | pa.NativeFile, name: str = "") -> pa.Table:
     """Return a table, from a path or from a file of this ``name``; errors as `check_parquet`."""
     where = name or source
     check_parquet(source, where)
-    try:
+    with decoding(where, "not a readable Parquet file"):
         return pq.read_table(source)
-    except (OSError, ValueError, pa.ArrowException) as error:
-        raise DataError(where, f"not a readable Parquet file: {error}") from error

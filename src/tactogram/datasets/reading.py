@@ -17,6 +17,7 @@ from tactogram.datasets.importer import ImportItem, LeftOut, importer
 from tactogram.datasets.recording import Recording
 from tactogram.errors import DataError, Message, ParameterError, TactogramError
 from tactogram.main_script import allowed_processes, start_worker
+from tactogram.signal.io.archives import reason
 
 Reading = Sequence[Recording | LeftOut] | Message
 """Recordings of an item and its parts that are none, or one line on what is wrong with it."""
@@ -86,7 +87,7 @@ def read_item(importer_name: str, item: ImportItem) -> Reading:
     except TactogramError as error:
         return error.message if item.name in error.message.place else Message(error.message, place=item.name)
     except Exception as error:  # whatever a reader trips over, the user needs the name of the file
-        return Message(f"{type(error).__name__}: {error}", place=item.name)
+        return Message(f"not readable{reason(error)}", place=item.name)
     return recordings or Message("holds no recording", place=item.name)
 
 

@@ -128,7 +128,8 @@ def item_of(info: RecordingInfo) -> str | None:
     return info.labels.get("item") or info.material
 
 
-Label = Literal["material", "material+contactor", "item"] | Callable[[RecordingInfo], str | None]
+LabelName = Literal["material", "material+contactor", "item"]
+Label = LabelName | Callable[[RecordingInfo], str | None]
 """Class of a recording: its material; material and contactor, as ``"carpet1-pen"``; what is rated, which may be a
 single vibration of no material; or the value of a function."""
 

@@ -13,7 +13,7 @@ from tactogram.errors import ParameterError
 from tactogram.model.conditions import Condition
 from tactogram.model.examples import Example
 from tactogram.signal import Signal
-from tactogram.signal.signal import Domain
+from tactogram.signal.signal import Domain, check_rate
 
 UNSAID, NOTHING = 0.01, 1e-9
 """Relative and absolute difference of numbers that count as the same."""
@@ -53,6 +53,7 @@ class SignalKind:
     scale: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
+        check_rate(self.rate)
         if self.domain not in ("time", "displacement"):
             raise ParameterError.must("domain", "be 'time' or 'displacement'", self.domain)
 

@@ -52,6 +52,7 @@ from .perception import (
     weighted as weighted,
 )
 from .resampling import (
+    check_growth as check_growth,
     resample as resample,
 )
 from .signal import (

@@ -13,15 +13,13 @@ import scipy
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError, UnitError
-from tactogram.signal.resampling import resample
+from tactogram.signal.resampling import check_growth, resample
 from tactogram.signal.signal import Signal, check_rate
 
 STANDSTILL = 0.1
 """Share of the median speed below which a finger counts as standing still."""
 OVERSAMPLED = 8
 """Oversampling for a cubic spline within 1e-4 of the band-limited signal up to 0.45 of the rate."""
-MOST_SAMPLES = 50_000_000
-"""Longest intermediate signal."""
 
 
 def over_displacement(
@@ -113,11 +111,9 @@ def played(signal: Signal, speed_mm_s: float | Signal, rate: float) -> Signal:
     fastest = 1e3 * float(np.abs(speed.samples).max())
     # The finest detail, half a cycle per sample of the surface, at the fastest moment must not fold back.
     inside = rate * max(1, math.ceil(fastest * signal.rate / rate))
-    if inside * speed.seconds > MOST_SAMPLES:
-        raise ParameterError(
-            f"{speed.seconds:g} s at {fastest:g} mm/s over {signal.rate:g} samples per mm are too many at once: "
-            "give a shorter speed"
-        )
+    check_growth(
+        inside * speed.seconds, len(speed), f"at up to {fastest:g} mm/s over {signal.rate:g} samples per mm"
+    )
     count = max(1, round(speed.seconds * inside))
     path = _integral(speed)(np.arange(count) / inside)  # mm
     end = (len(signal) - 1) / signal.rate
@@ -191,10 +187,9 @@ def _travelled(
     path = np.maximum.accumulate(path)
     step = least / rate
     count = max(1, math.floor(path[-1] / step))
-    if count > MOST_SAMPLES:
-        raise ParameterError(
-            "the speed varies too much for one signal: raise standstill or cut the recording"
-        )
+    check_growth(
+        count, len(speed), "on the grid of the slowest moment; raise standstill, or cut the recording"
+    )
     return _interpolated(samples, np.interp(np.arange(count) * step, path, time))
 
 

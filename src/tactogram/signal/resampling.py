@@ -10,6 +10,8 @@ from tactogram.errors import ParameterError
 from tactogram.signal.signal import Signal, check_rate
 
 MOST_SAMPLES = 2**30
+MOST_GROWTH, ALWAYS = 1000, 2**25
+"""Samples of a result over those that it is made of, and how many it may always have."""
 _LONGEST_PAD = 100_000
 """Range of the search for a padding that is a whole number of samples at both rates."""
 
@@ -31,15 +33,22 @@ def resample(signal: Signal, rate: float) -> Signal:
         raise ParameterError.must(
             "rate", f"leave at least one sample, got {rate:g} for {len(signal)} samples at {signal.rate:g}"
         )
-    if length > MOST_SAMPLES:
-        raise ParameterError.must(
-            "rate", f"leave at most {MOST_SAMPLES} samples, got {rate:g} for {length:.3g}"
-        )
+    check_growth(length, len(signal), f"at {rate:g} instead of {signal.rate:g}")
     pad = _whole_pad(ratio)
     x = _extended(signal.samples, pad)
     y = soxr.resample(np.ascontiguousarray(x.T), signal.rate, rate, quality="VHQ").T
     start = round(pad * ratio)
     return signal.with_samples(y[:, start : start + length], rate=rate)
+
+
+def check_growth(count: float, made_of: int, how: str) -> None:
+    """Refuse to make so many samples of a few, as one wrong rate, time stamp or coordinate asks for."""
+    most = min(MOST_SAMPLES, max(ALWAYS, MOST_GROWTH * made_of))
+    if not count <= most:
+        raise ParameterError(
+            f"{made_of} samples would become {count:.3g} {how}, at most {most} may; is a rate, a time stamp or a "
+            "coordinate wrong?"
+        )
 
 
 def _extended(samples: NDArray[np.float32], pad: int) -> NDArray[np.float64]:

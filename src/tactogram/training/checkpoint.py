@@ -15,6 +15,7 @@ from torch import Tensor
 
 from tactogram.errors import RunError
 from tactogram.signal.io.atomic import atomic_write
+from tactogram.text_files import check_regular
 
 VERSION = 1
 
@@ -39,6 +40,7 @@ def load_state(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
     Raises `RunError` if the file is missing, damaged, or of a later version.
     """
     try:
+        check_regular(path)
         with safe_open(path, framework="pt") as file:
             header = json.loads((file.metadata() or {})["tactogram"])
             version, structure, facts = header["version"], header["structure"], header["facts"]

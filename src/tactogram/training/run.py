@@ -11,14 +11,18 @@ import csv
 import io
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Required, Self, TypeVar
 
 import tomli_w
+from pydantic import ConfigDict
+from typing_extensions import TypedDict
 
+from tactogram.datasets.recording import LabelName
 from tactogram.datasets.store.remote import is_remote
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import ImageKind, Kind, Model, SignalKind
@@ -26,8 +30,63 @@ from tactogram.recipe import Recipe
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import parse_json, path_of, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
+from tactogram.validation import facts_of
 
 VERSION = 1
+T = TypeVar("T")
+_OPEN = ConfigDict(extra="allow")
+"""Models and workflows keep further facts in the run's files."""
+
+
+class RunData(TypedDict, total=False):
+    """Content of ``data.json``; a run that came from elsewhere has no path."""
+
+    __pydantic_config__ = _OPEN  # type: ignore[misc]
+    run_id: Required[str]
+    name: Required[str]
+    sha256: Required[str]
+    licence: Required[str]
+    label: Required[LabelName]
+    simulated: Required[bool]
+    path: str
+    split: Mapping[str, Any]
+    photographs: Mapping[str, Any]
+    materials: Mapping[str, Any]
+    model_folders: list[str]
+
+
+class ModelFacts(TypedDict, total=False):
+    """Content of ``model.json``."""
+
+    __pydantic_config__ = _OPEN  # type: ignore[misc]
+    version: Required[int]
+    kind: Required[dict[str, Any]]
+    notes: Required[list[str]]
+    validation: dict[str, Any]
+    photographs: dict[str, Any]
+
+
+class _EvaluatedData(TypedDict):
+    __pydantic_config__ = _OPEN  # type: ignore[misc]
+    name: str
+    sha256: str
+    split: Any
+
+
+class RunEvaluation(TypedDict, total=False):
+    """Content of ``evaluation.json``."""
+
+    __pydantic_config__ = _OPEN  # type: ignore[misc]
+    data: _EvaluatedData
+    measures: dict[str, Any]
+
+
+class LoggedLine(TypedDict):
+    """Line of ``metrics.jsonl``, with the losses of a step."""
+
+    __pydantic_config__ = _OPEN  # type: ignore[misc]
+    stage: int
+    step: int
 
 
 @dataclass(frozen=True)
@@ -113,9 +172,15 @@ class Run:
         return Recipe.load(self.folder / "recipe.toml")
 
     @property
-    def data(self) -> dict[str, Any]:
+    def data(self) -> RunData:
         """The training data: path, name, sha256, split, whether simulated."""
-        return self.read_json("data.json")
+        return self.read_json("data.json", RunData)
+
+    @property
+    def evaluation(self) -> RunEvaluation:
+        """Figures of the evaluation; empty if there was none."""
+        found = (self.folder / "evaluation.json").is_file()
+        return self.read_json("evaluation.json", RunEvaluation) if found else {}
 
     def save_checkpoint(self, learner: Model, position: TrainingPosition) -> None:
         """Save the state at ``position``."""
@@ -150,12 +215,12 @@ class Run:
             return []
         try:
             lines = read_text(path).split("\n")[:-1]
-            rows = [parse_json(line, f"{path}: line {number}") for number, line in enumerate(lines, 1)]
+            rows: list[Any] = [
+                facts_of(LoggedLine, parse_json(line, where := f"{path}: line {number}"), where=where)
+                for number, line in enumerate(lines, 1)
+            ]
         except DataError as error:
             raise RunError(f"{error}; delete the line, or the run") from error
-        for number, line in enumerate(rows, 1):
-            if not isinstance(line, dict) or not {"stage", "step"} <= line.keys():
-                raise RunError(f"{path}: line {number} must have stage and step; delete the line, or the run")
         return rows
 
     def finish(self, learner: Model, kind: Kind, facts: Mapping[str, Any]) -> None:
@@ -175,39 +240,39 @@ class Run:
         table.writerows(lines)
         write_text(self.folder / "metrics.csv", text.getvalue())
 
-    def facts(self) -> dict[str, Any]:
+    def facts(self) -> ModelFacts:
         """Return model.json.
 
         Raises `RunError` if the training is not finished, or the run is of a later version.
         """
         if not self.finished:
             raise RunError(f"{self.folder}: the training is not finished; resume it")
-        facts = self.read_json("model.json")
-        if not isinstance(facts.get("version"), int):
-            raise RunError(f"{self.folder / 'model.json'}: has no version; it is damaged")
-        if facts["version"] > VERSION:
-            raise RunError(f"{self.folder}: of a later version (format {facts['version']}, known {VERSION})")
-        return facts
+        version = self.read_json("model.json", dict).get("version")
+        if isinstance(version, int) and version > VERSION:
+            raise RunError(f"{self.folder}: of a later version (format {version}, known {VERSION})")
+        return self.read_json("model.json", ModelFacts)
 
     def kind(self) -> Kind:
         """Return the properties that all signals, or all images, of the run share."""
-        try:
-            facts: dict[str, Any] = {
-                k: tuple(v) if isinstance(v, list) else v for k, v in self.facts()["kind"].items()
-            }
-            return SignalKind(**facts) if "rate" in facts else ImageKind(**facts)
-        except (KeyError, TypeError, AttributeError) as error:
-            raise RunError(f"{self.folder / 'model.json'}: kind lacks or misspells {error}") from error
+        kind, where = self.facts()["kind"], f"{self.folder / 'model.json'}: kind"
+        with self.refusing():
+            if "rate" in kind:
+                return facts_of(SignalKind, kind, where=where)
+            return facts_of(ImageKind, kind, where=where)
 
-    def read_json(self, name: str) -> dict[str, Any]:
-        """Return one of the run's JSON files; refuses anything but an object."""
+    def read_json(self, name: str, kind: type[T]) -> T:
+        """Return one of the run's JSON files as a ``kind``; refuses another content."""
+        path = self.folder / name
+        with self.refusing():
+            return facts_of(kind, read_json(path), where=path, remedy="it is damaged; use a copy of the run")
+
+    @contextmanager
+    def refusing(self) -> Iterator[None]:
+        """Raise what is wrong with a file of the run as a `RunError`."""
         try:
-            values = read_json(self.folder / name)
+            yield
         except DataError as error:
-            raise RunError(str(error)) from error
-        if not isinstance(values, dict):
-            raise RunError(f"{self.folder / name}: expected a JSON object, got {type(values).__name__}")
-        return values
+            raise RunError(error) from error
 
     def write_json(self, name: str, values: Mapping[str, Any]) -> None:
         """Write one of the run's JSON files."""

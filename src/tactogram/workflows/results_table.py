@@ -64,10 +64,10 @@ def _opened(run: Path | str) -> Run:
 
 
 def _of_run(run: Run) -> Iterator[dict[str, Any]]:
-    if not (run.folder / "evaluation.json").is_file():
+    evaluation = run.evaluation
+    if not evaluation:
         raise RunError(f"{run.folder}: was not evaluated: tactogram evaluate {run.folder}")
-    evaluation = run.read_json("evaluation.json")
-    data = evaluation.get("data") or {}
+    data: Mapping[str, Any] = evaluation.get("data", {})
     name = f"{data.get('name', '')}{' (simulated)' if data.get('simulated') else ''}"
     for what, value in evaluation_results(evaluation).items():
         result = PublishedResult(
@@ -79,7 +79,7 @@ def _of_run(run: Run) -> Iterator[dict[str, Any]]:
 def evaluation_results(evaluation: Mapping[str, Any]) -> dict[str, float]:
     """Return the results in an ``evaluation.json`` by name; for a generator's measures, the model's column."""
     results = {name: value for name, value in numbers_of(evaluation).items() if "accuracy" in name}
-    for measure, row in (evaluation.get("measures") or {}).items():
+    for measure, row in evaluation.get("measures", {}).items():
         if isinstance(row, Mapping) and isinstance(row.get("model"), int | float):
             results[str(measure)] = float(row["model"])
     for table in ("spread", "following", "mean"):

@@ -93,7 +93,7 @@ def test_a_leak_in_a_file_is_found(tmp_path):
         ("x", "not a JSON document"),
         ("{}", "not a split"),
         ('{"format": "tactogram-split", "version": 9}', "version must be 1, got 9"),
-        ('{"format": "tactogram-split", "version": 1}', "lacks or misspells 'train'"),
+        ('{"format": "tactogram-split", "version": 1}', "train: is missing"),
     ],
 )
 def test_a_broken_file_is_refused_in_one_line(tmp_path, text, says):

@@ -52,5 +52,5 @@ def test_a_lacking_key_is_named(tmp_path):
     values = json.loads(facts.read_text())
     del values["licence"]
     facts.write_text(json.dumps(values))
-    with pytest.raises(DataError, match="'licence'"):
+    with pytest.raises(DataError, match="licence: is missing"):
         open_store(store.path)

@@ -1,5 +1,6 @@
 """Shards: plain Parquet, of which any window is read."""
 
+import json
 import tracemalloc
 
 import numpy as np
@@ -81,3 +82,32 @@ def test_a_cut_shard_is_refused_when_read(tmp_path):
     shard.write_bytes(shard.read_bytes()[:-100])
     with pytest.raises(DataError, match=r"must be .* bytes, got"):
         open_store(store.path).read(recording(1).id)
+
+
+def test_a_damaged_shard_is_refused_in_one_line_or_read(tmp_path):
+    """Flip bits anywhere in a shard: what reads it names the file, whatever its library stumbles over."""
+    store = create_store(tmp_path / "s", [recording(n, samples=20) for n in range(4)], **FACTS)
+    path = store.path / store.facts.shards[0].file
+    whole, rng, said = path.read_bytes(), np.random.default_rng(0), []
+    for _ in range(60):
+        content = bytearray(whole)
+        for place in len(whole) - 1 - rng.integers(0, len(whole), rng.integers(1, 4)):
+            content[place] ^= 1 << rng.integers(8)
+        path.write_bytes(content)
+        try:
+            for info in open_store(store.path).index:
+                open_store(store.path).signal(info.id, "acceleration")
+        except (DataError, ParameterError) as error:
+            said.append(str(error))
+    assert sum(str(path) in line for line in said) > 10
+    assert not any("\n" in line for line in said)
+
+
+def test_streams_and_shards_must_agree(tmp_path):
+    store = create_store(tmp_path / "s", [recording(1)], **FACTS)
+    facts = store.path / "dataset.json"
+    values = json.loads(facts.read_text())
+    values["streams"]["acceleration"]["axes"] = ["x"]
+    facts.write_text(json.dumps(values))
+    with pytest.raises(DataError, match=r"shard-00000.parquet: lacks the column acceleration_y"):
+        open_store(store.path).signal(recording(1).id, "acceleration")

@@ -62,7 +62,7 @@ def test_a_missing_shard_is_found(tmp_path):
     store = create_store(tmp_path / "s", [recording(1)], **FACTS)
     (store.path / store.facts.shards[0].file).unlink()
     assert "missing" in problems(open_store(store.path))[0]
-    with pytest.raises(DataError, match="not readable"):
+    with pytest.raises(DataError, match="missing; import the data again"):
         next(iter(open_store(store.path).index))
 
 

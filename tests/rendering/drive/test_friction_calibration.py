@@ -2,7 +2,7 @@
 
 import pytest
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.rendering.drive.friction_calibration import read_calibrations
 
 
@@ -12,5 +12,5 @@ def test_toml_that_is_no_calibration_is_refused(tmp_path):
     with pytest.raises(ParameterError, match="calibration"):
         read_calibrations(path)
     path.write_text("x = 1\n")
-    with pytest.raises(DataError, match=r"needs \[\[calibration\]\]"):
+    with pytest.raises(ParameterError, match="calibration: is missing"):
         read_calibrations(path)

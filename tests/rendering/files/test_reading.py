@@ -71,7 +71,7 @@ def test_our_description_that_was_damaged_is_refused(tmp_path):
     document = json.loads((tmp_path / "x.ahap").read_text())
     document["Metadata"]["Description"] = '{"tactogram": 1, "rate": "x"}'
     (tmp_path / "x.ahap").write_text(json.dumps(document))
-    with pytest.raises(DataError, match="description is damaged"):
+    with pytest.raises(DataError, match="description: rate: must be a valid number"):
         read_haptic(tmp_path / "x.ahap")
 
 

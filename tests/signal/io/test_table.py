@@ -55,7 +55,7 @@ TABLES = {
     ),
     "a rate of hundreds of digits": (
         '# {"tactogram": 1, "rate": 1' + "0" * 400 + ', "unit": "1", "axes": ["x"]}\ntime [s],x [1]\n0,1\n',
-        "description is damaged",
+        "description: rate: must be a valid number",
     ),
     "time stands": (
         ROWS.replace("0.01,", "0.00,").replace("0.02,", "0.00,").replace("0.03,", "0.00,"),
@@ -90,7 +90,10 @@ TABLES = {
     ),
     "binary": (b"PK\3\4" + bytes(50), "not a text file: zero byte at byte 4"),
     "later version": ('# {"tactogram": 99}\nx\n1\n', "description must be of version 1, got 99"),
-    "damaged description": ('# {"tactogram": 1, "rate": "x"}\nt,x\n1,2\n', "description is damaged"),
+    "damaged description": (
+        '# {"tactogram": 1, "rate": "x"}\nt,x\n1,2\n',
+        "description: rate: must be a valid number",
+    ),
 }
 
 

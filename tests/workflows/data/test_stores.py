@@ -228,12 +228,19 @@ def test_damage_is_found_by_its_hash(held, capsys, tmp_path):
     with pytest.raises(DataError, match="wrong hash: changed since it was written"):
         copy_store("s3://bucket/damaged", tmp_path / "copy")
     assert not list(tmp_path.iterdir())
-    ids = place / held.facts.ids
-    content = bytearray(ids.read_bytes())
-    content[-30] ^= 1
-    write(ids, content)
-    with pytest.raises(DataError, match=r"ids-.*npy: wrong hash: not the list of ids that was written"):
-        open_store("s3://bucket/damaged")
+
+
+@pytest.mark.parametrize("damage", [b"", b"\x93NUMPY\x01\x00", lambda raw: raw[:-3] + b"\x07" + raw[-2:]])
+def test_a_damaged_list_of_ids_is_made_anew_from_the_shards(held, capsys, tmp_path, caplog, damage):
+    url = f"s3://bucket/{tmp_path.name}"
+    copy_store(held.path, url)
+    ids = location(url) / held.facts.ids
+    write(ids, damage(ids.read_bytes()) if callable(damage) else damage)
+    opened = open_store(url)
+    assert "the shards are read instead" in caplog.text
+    assert [opened.place(info.id) for info in held.index] == list(range(len(held)))
+    assert main(["data", "check", url, "--json"]) == 1
+    assert "is not the list of ids" in json.loads(capsys.readouterr().out)["problems"][0]
 
 
 def test_what_is_added_stays_simulated(texture, tmp_path):

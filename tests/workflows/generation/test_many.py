@@ -52,18 +52,42 @@ def elsewhere(request):
 def test_processes_change_nothing_and_a_killed_call_goes_on(table, tmp_path, monkeypatch, elsewhere):
     monkeypatch.setattr(many, "CHUNK", 1)
     here, there = tmp_path / "here", tmp_path / "there"
-    table.write_text(TABLE + "no such material,,60,,,\n")
-    with pytest.raises(TactogramError, match=r"4\.wav: .*no such material"):
+    generate_files = many.generate_files
+
+    def killed(*args, **kwargs):
+        if args[2].name == "3.wav":
+            raise KeyboardInterrupt
+        return generate_files(*args, **kwargs)
+
+    monkeypatch.setattr(many, "generate_files", killed)
+    with pytest.raises(KeyboardInterrupt):
         generate_many("texture_flow", table, here, seconds=0.25, processes=1)
-    assert len(list((here / "made").iterdir())) == 3
+    monkeypatch.setattr(many, "generate_files", generate_files)
+    assert len(list((here / "made").iterdir())) == 2
     (here / "1.wav").write_bytes(b"is not made again")
-    table.write_text(TABLE)
     generate_many("texture_flow", table, here, seconds=0.25, processes=1)
     generate_many("texture_flow", table, there, seconds=0.25, processes=2)
     assert (here / "1.wav").read_bytes() == b"is not made again"
     assert elsewhere
     one, other = (read_signal(folder / "mixed.wav").samples for folder in (here, there))
     assert (one == other).all()
+
+
+@pytest.mark.parametrize(
+    ("row", "says"),
+    [
+        ("no such material,,60,,,", "material must be one of"),
+        (',"cork=nan",60,,,', "weight of cork must be finite"),
+        ("cork,,60,-1,,", "seconds must be > 0"),
+        ("cork,,60,,,b.xyz", "suffix must be one of"),
+        (f"cork,,60,,,{'x' * 300}.wav", "a name must have at most 255 bytes"),
+    ],
+)
+def test_nothing_is_written_if_a_later_row_is_wrong(table, tmp_path, row, says):
+    table.write_text(f"{TABLE}{row}\n")
+    with pytest.raises(TactogramError, match=says):
+        generate_many("texture_flow", table, tmp_path / "out", seconds=0.25, processes=1)
+    assert not (tmp_path / "out").exists()
 
 
 def test_toml_has_the_same_rows(table, tmp_path):

@@ -167,7 +167,7 @@ def test_a_store_that_does_not_fit_is_refused(tmp_path, both, images):
 )
 def test_a_run_remembers_its_kind(tmp_path, kind):
     run = Run(tmp_path)
-    run.write_json("model.json", {"version": 1, "kind": {name: getattr(kind, name) for name in vars(kind)}})
+    run.write_json("model.json", {"version": 1, "kind": vars(kind), "notes": []})
     assert run.kind() == kind
 
 

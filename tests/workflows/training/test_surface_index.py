@@ -182,7 +182,7 @@ def test_the_limit_is_that_of_a_log_normal_distribution():
 
 def test_a_loaded_index_measures_as_the_saved_one(run, texture):
     index = SurfaceIndex.load(run)
-    facts = run.read_json("search.json")
+    facts = run.read_json("search.json", dict)
     assert (facts["kept"], facts["threshold"]) == (0.95, index.threshold)
     found = search(run.folder, texture("tile", 77))
     assert found["threshold"] == index.threshold

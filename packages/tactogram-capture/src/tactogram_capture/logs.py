@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, TactogramError, one_line
 from tactogram.extras import imported
+from tactogram.text_files import check_regular
 from tactogram_capture.source import SourceEnded
 from tactogram_capture.stream.byte_source import Replay
 from tactogram_capture.stream.channels import described_axes, described_unit, split_at_gaps
@@ -160,13 +161,12 @@ def read_xdf(path: Path | str, *, unit: str | None = None) -> list[SensorLog]:
     pyxdf = imported("pyxdf", extra="lsl", what="XDF files")
     path = Path(path)
     try:
+        check_regular(path)
         with path.open("rb") as file, _captured_warnings() as warnings:
             streams, _ = pyxdf.load_xdf(file, dejitter_timestamps=False, verbose=False)
         logs = [log for stream in streams if (log := _sensor_log(stream, unit, warnings)) is not None]
     except TactogramError:
         raise
-    except FileNotFoundError:
-        raise DataError(path, "no such file") from None
     except Exception as error:  # pyxdf has no error of its own for damaged files
         raise DataError(path, f"not readable as XDF ({one_line(error)})") from error
     if not logs:

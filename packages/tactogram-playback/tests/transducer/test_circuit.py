@@ -150,3 +150,13 @@ def test_a_drive_not_in_volts_is_refused():
         simulate_envelope(PRESETS["free"], Signal(np.ones(10), 1000, "m/s^2"))
     with pytest.raises(ParameterError, match="simulate its envelope instead"):
         simulate_waveform(PRESETS["free"], Signal(np.ones(10), 48_000, "V"))
+
+
+def test_a_frequency_that_was_measured_twice_is_no_width_of_nothing():
+    t = Transducer()
+    f = np.repeat(np.linspace(t.resonance_hz - 600, t.resonance_hz + 600, 41), 2)
+    assert fitted_transducer(f, t.admittance(f)).resonance_hz == pytest.approx(t.resonance_hz, abs=0.1)
+    with pytest.raises(ParameterError, match="needs 8 frequencies"):
+        fitted_transducer(np.full(20, 28e3), np.full(20, 1e-3 + 0j))
+    with pytest.raises(ParameterError, match="must be 1 to 1e9 Hz, and its values finite"):
+        fitted_transducer(np.where(np.arange(82) == 3, 1e-308, f), t.admittance(f))

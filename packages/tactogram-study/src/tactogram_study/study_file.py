@@ -229,7 +229,7 @@ def _missing_text(place: tuple[int | str, ...]) -> Fault:
 
 def _design_of(values: Mapping[str, Any], where: str) -> tuple[type[Design], Mapping[str, Any]]:
     """Return the design's class and settings; raise `ParameterError` if there is no such design."""
-    design = values.get("design")
+    design = values.get("design") if isinstance(values, Mapping) else None
     if isinstance(design, str):
         design = {"kind": design}
     kind = design.get("kind") if isinstance(design, Mapping) else design

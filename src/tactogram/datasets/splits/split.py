@@ -9,14 +9,17 @@ import json
 import math
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from itertools import combinations, pairwise
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator
 
 from tactogram.errors import DataError, LeakError, ParameterError
 from tactogram.signal.io.atomic import write_text
 from tactogram.text_files import read_json
+from tactogram.validation import facts_of
 
 By = Literal["recording", "session", "subject", "material", "condition"]
 """What stays together in one part of a split."""
@@ -84,6 +87,16 @@ def _end(edge: int | None) -> float:
     return math.inf if edge is None else edge
 
 
+def _in_order(kind: type[Any]) -> BeforeValidator:
+    """Return what makes the lists in a file into a ``kind``, by the order of its fields."""
+    names = [each.name for each in fields(kind)]
+    return BeforeValidator(lambda row: dict(zip(names, row, strict=False)) if isinstance(row, list) else row)
+
+
+_Segments = tuple[Annotated[Segment, _in_order(Segment)], ...]
+_Regions = tuple[Annotated[Region, _in_order(Region)], ...]
+
+
 @dataclass(frozen=True)
 class Split:
     """Split of recordings, or segments of them, into train, validation and test.
@@ -110,14 +123,14 @@ class Split:
         Meaning of a held-out photograph in this split, for reports.
     """
 
-    train: tuple[Segment, ...]
-    validation: tuple[Segment, ...]
-    test: tuple[Segment, ...]
+    train: _Segments
+    validation: _Segments
+    test: _Segments
     by: str
     seed: int | None = None
     gap_s: float = 0.0
     groups: Mapping[str, str] = field(default_factory=dict)
-    photographs: Mapping[str, tuple[Region, ...]] = field(default_factory=dict)
+    photographs: Mapping[str, _Regions] = field(default_factory=dict)
     photograph_gap: int = 0
     by_region: tuple[str, ...] = ()
     photograph_note: str = ""
@@ -216,21 +229,4 @@ class Split:
             raise DataError(f"{path} must say format {FORMAT!r}; this is not a split")
         if values.get("version") != VERSION:
             raise DataError(path, f"format version must be {VERSION}, got {values.get('version')!r}")
-        try:
-            parts = {p: tuple(Segment(*s) for s in values[p]) for p in ("train", "validation", "test")}
-            return cls(
-                **parts,
-                by=values["by"],
-                seed=values["seed"],
-                gap_s=values["gap_s"],
-                groups=values["groups"],
-                photographs={
-                    part: tuple(Region(*region) for region in regions)
-                    for part, regions in values.get("photographs", {}).items()
-                },
-                photograph_gap=values.get("photograph_gap", 0),
-                by_region=tuple(values.get("by_region", ())),
-                photograph_note=values.get("photograph_note", ""),
-            )
-        except (KeyError, TypeError, AttributeError) as error:
-            raise DataError(f"{path} lacks or misspells {error}") from error
+        return facts_of(cls, values, where=path)

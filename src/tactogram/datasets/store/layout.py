@@ -21,22 +21,26 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from pydantic import Field
 
-from tactogram.datasets.recording import Recording, RecordingInfo
+from tactogram.datasets.recording import RecordingInfo
 from tactogram.datasets.store.remote import RemotePath, readable
 from tactogram.errors import DataError, ParameterError, printable
 from tactogram.signal import Signal
+from tactogram.signal.io.archives import decoding
+from tactogram.signal.signal import Domain
 from tactogram.text_files import parse_json, read_json
+from tactogram.validation import facts_of
 
 FORMAT = "tactogram-dataset"
 VERSION = 1
@@ -64,13 +68,17 @@ ID_TABLE = np.dtype([("id", "S16"), ("facts", "S16"), ("shard", "<i4"), ("row", 
 """Sorted list of ids: hash of the metadata, shard and row of each recording."""
 
 
+FileName = Annotated[str, Field(pattern=r"^[\w.-]+$")]
+"""Name of a file in the store's own folder."""
+
+
 @dataclass(frozen=True)
 class StoreStreamInfo:
     """Unit, domain (``"time"`` or ``"displacement"``) and axes of a stream in a whole store."""
 
     unit: str
-    domain: str
-    axes: tuple[str, ...]
+    domain: Domain
+    axes: Annotated[tuple[str, ...], Field(min_length=1)]
 
     def widened(self, name: str, signal: Signal, source: str) -> StoreStreamInfo:
         """Return this with the axes of ``signal`` added; `DataError` for another unit or domain."""
@@ -87,9 +95,9 @@ class StoreStreamInfo:
 class StoredFile:
     """One Parquet file of the store."""
 
-    file: str
-    rows: int
-    bytes: int
+    file: FileName
+    rows: Annotated[int, Field(ge=0)]
+    bytes: Annotated[int, Field(ge=0)]
     sha256: str
 
 
@@ -115,7 +123,7 @@ class StoreInfo:
     streams: Mapping[str, StoreStreamInfo]
     shards: tuple[StoredFile, ...]
     images: tuple[StoredFile, ...]
-    ids: str
+    ids: FileName
     duplicates: tuple[Mapping[str, str], ...] = ()
     skipped: tuple[Mapping[str, str], ...] = ()
     photographs: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
@@ -159,22 +167,7 @@ class StoreInfo:
                 f"format version must be {VERSION}, got {values.get('version')!r}; "
                 "import the data again, or use the tactogram that wrote it",
             )
-        try:
-            values["streams"] = {
-                name: StoreStreamInfo(s["unit"], s["domain"], tuple(s["axes"]))
-                for name, s in values["streams"].items()
-            }
-            for kind in ("shards", "images"):
-                values[kind] = tuple(StoredFile(**entry) for entry in values[kind])
-            for kind in ("duplicates", "skipped"):
-                values[kind] = tuple(values[kind])
-            values["photographs"] = {m: dict(held) for m, held in values["photographs"].items()}
-            values["ratings"] = None if values["ratings"] is None else StoredFile(**values["ratings"])
-            begun = values.get("unfinished")
-            values["unfinished"] = None if begun is None else UnfinishedJob(**begun)
-            return cls(**{f.name: values[f.name] for f in fields(cls)})
-        except (KeyError, TypeError, AttributeError) as error:
-            raise DataError(f"{path} lacks or misspells {error}; import the data again") from error
+        return facts_of(cls, values, where=path, remedy="import the data again")
 
 
 def _facts_in(path: Path | RemotePath) -> Any:
@@ -236,7 +229,7 @@ def row_info(row: Mapping[str, Any]) -> RecordingInfo:
     return RecordingInfo(**values)
 
 
-def facts_hash(recording: Recording, image: str | None) -> bytes:
+def facts_hash(recording: RecordingInfo, image: str | None) -> bytes:
     """Return 16 hex digits that identify the metadata of a recording; `DataError` for text that is not UTF-8."""
     text = json.dumps(info_row(recording, image), sort_keys=True, ensure_ascii=False)
     check_utf8(text, recording.source)
@@ -322,19 +315,25 @@ def stored_file(path: Path, rows: int) -> StoredFile:
     return StoredFile(path.name, rows, path.stat().st_size, file_hash(path))
 
 
-def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
-    """Open ``path``; `MissingFileError` if it is gone, `DataError` if its size or rows differ from ``stored``."""
+@contextmanager
+def reading(path: Path | RemotePath) -> Iterator[None]:
+    """Raise a `DataError` for whatever reading a damaged file of a store raises, `MissingFileError` if it is gone."""
+    remedy = "import the data again"
     try:
-        size = file_size(path)
-        if size != stored.bytes:
-            raise DataError(path, f"must be {stored.bytes} bytes, got {size}; import the data again")
-        file = pq.ParquetFile(readable(path), pre_buffer=isinstance(path, RemotePath))
-    except FileNotFoundError as error:
-        raise MissingFileError(path, f"not readable: {error}; import the data again") from error
-    except (OSError, pa.ArrowException) as error:
-        raise DataError(path, f"not readable: {error}; import the data again") from error
+        with decoding(path if isinstance(path, Path) else str(path), "damaged", remedy=remedy):
+            yield
+    except DataError as error:
+        if isinstance(error.__cause__, FileNotFoundError):
+            raise MissingFileError(path, "missing", remedy=remedy) from error
+        raise
+
+
+def open_parquet(path: Path | RemotePath, stored: StoredFile) -> pq.ParquetFile:
+    """Open ``path``, within `reading`; `DataError` if its size or rows differ from ``stored``."""
+    size = file_size(path)
+    if size != stored.bytes:
+        raise DataError(f"must be {stored.bytes} bytes, got {size}")
+    file = pq.ParquetFile(readable(path), pre_buffer=isinstance(path, RemotePath))
     if file.metadata.num_rows != stored.rows:
-        raise DataError(
-            path, f"must have {stored.rows} rows, got {file.metadata.num_rows}; import the data again"
-        )
+        raise DataError(f"must have {stored.rows} rows, got {file.metadata.num_rows}")
     return file

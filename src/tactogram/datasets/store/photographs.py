@@ -21,6 +21,7 @@ from tactogram.datasets.store.layout import (
     close_quietly,
     open_parquet,
     plain_parquet,
+    reading,
     stored_file,
 )
 from tactogram.datasets.store.pending import StagedFiles
@@ -107,8 +108,8 @@ class PhotographFiles:
         if key not in self._places:
             raise DataError(self.folder, f"photograph {key} is missing; import the data again")
         path, number = self._places[key]
-        file = pq.ParquetFile(readable(path))
-        [row] = file.read_row_group(number).to_pylist()
+        with reading(path):
+            [row] = pq.ParquetFile(readable(path)).read_row_group(number).to_pylist()
         return row, f"{path}, row {number}"
 
     @cached_property
@@ -116,7 +117,8 @@ class PhotographFiles:
         places: dict[str, tuple[Path | RemotePath, int]] = {}
         for stored in self.stored:
             path = self.folder / stored.file
-            keys = open_parquet(path, stored).read(columns=["key"])["key"].to_pylist()
+            with reading(path):
+                keys = open_parquet(path, stored).read(columns=["key"])["key"].to_pylist()
             places |= {key: (path, row) for row, key in enumerate(keys)}
         return places
 

@@ -96,6 +96,7 @@ class RemotePath:
 
     def read_bytes(self) -> bytes:
         """Return the content of a file."""
+        self.size()  # refuses a pipe, which may be at a file:// URL
         with errors(self), self.system.open_input_stream(self.path) as file:
             return bytes(file.read())
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import re
 from bisect import bisect_left
 from collections.abc import Iterable, Mapping
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from tactogram.datasets.recording import Recording, RecordingInfo
 from tactogram.datasets.store.layout import (
+    ID_TABLE,
     INFO_COLUMNS,
     MissingFileError,
     StoredFile,
@@ -26,9 +28,11 @@ from tactogram.datasets.store.layout import (
     StoreStreamInfo,
     axis_column,
     close_quietly,
+    facts_hash,
     info_row,
     open_parquet,
     plain_parquet,
+    reading,
     row_info,
     schema,
     store_hash,
@@ -39,6 +43,7 @@ from tactogram.datasets.store.remote import BlockReader, RemotePath
 from tactogram.errors import DataError
 from tactogram.signal import Signal
 
+LOG = logging.getLogger("tactogram")
 GROUP_BYTES, GROUP_ROWS = 2**25, 1024
 """Size of a row group, which the writer keeps in memory."""
 SHARD_BYTES, SHARD_ROWS = 2**28, 16384
@@ -75,24 +80,25 @@ class Shard:
     ) -> None:
         self.path = path
         self._stored, self._blocks = stored, blocks
-        file = open_parquet(path, stored)
-        self._streams = [name for name in streams if f"{name}_rate" in file.schema_arrow.names]
-        table = file.read(
-            columns=[f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
-        )
-        self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
-        self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
-        texts = {s: table[f"{s}_axes"].to_pylist() for s in self._streams}
-        split = {
-            text: tuple(text.split(",")) if text else () for column in texts.values() for text in set(column)
-        }
-        self.axes: dict[str, list[tuple[str, ...]]] = {s: [split[t] for t in texts[s]] for s in self._streams}
-        self.places = self._first_bytes(file.metadata, streams)
+        with reading(path):
+            file = open_parquet(path, stored)
+            self._streams = [name for name in streams if f"{name}_rate" in file.schema_arrow.names]
+            table = file.read(
+                columns=[f"{s}_{what}" for s in self._streams for what in ("rate", "axes", "length")]
+            )
+            self.rates = {s: table[f"{s}_rate"].to_numpy() for s in self._streams}
+            self.lengths = {s: _filled(table[f"{s}_length"]) for s in self._streams}
+            self.axes: dict[str, list[tuple[str, ...]]] = {
+                s: [tuple(text.split(",")) if text else () for text in table[f"{s}_axes"].to_pylist()]
+                for s in self._streams
+            }
+            self.places = self._first_bytes(file.metadata, streams)
 
     @cached_property
     def _metadata(self) -> tuple[list[RecordingInfo], list[str | None]]:
-        rows = open_parquet(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
-        return [row_info(row) for row in rows], [row["image"] for row in rows]
+        with reading(self.path):
+            rows = open_parquet(self.path, self._stored).read(columns=list(INFO_COLUMNS)).to_pylist()
+            return [row_info(row) for row in rows], [row["image"] for row in rows]
 
     @property
     def infos(self) -> list[RecordingInfo]:
@@ -111,18 +117,21 @@ class Shard:
     def read(self, column: str, row: int, start: int, stop: int) -> NDArray[np.float32]:
         """Return samples ``start`` to ``stop`` of one row of an axis column (`layout.axis_column`), shape (time,).
 
-        `MissingFileError` if the file is gone, `DataError` if it is truncated.
+        `MissingFileError` if the file is gone, `DataError` if it is damaged.
         """
-        offset, path = int(self.places[column][row]) + 4 * start, self.path
-        try:
+        path = self.path
+        with reading(path):
+            if column not in self.places:
+                raise DataError(f"lacks the column {column}")
+            offset = int(self.places[column][row]) + 4 * start
+            if not 0 <= offset <= offset + 4 * (stop - start) <= self._stored.bytes:
+                raise DataError(f"{stop - start} samples cannot be at byte {offset}")
             if isinstance(path, RemotePath):
                 samples = np.frombuffer(self._blocks.read(path, offset, 4 * (stop - start)), "<f4")
             else:
                 samples = np.fromfile(path, "<f4", count=stop - start, offset=offset)
-        except FileNotFoundError as error:
-            raise MissingFileError(self.path, f"not readable: {error}; import the data again") from error
-        if len(samples) != stop - start:
-            raise DataError(f"{self.path} is cut short; import the data again")
+            if len(samples) != stop - start:
+                raise DataError("cut short")
         return samples.astype(np.float32, copy=False)
 
     def _first_bytes(
@@ -168,6 +177,21 @@ class ShardIndex:
     shards: tuple[StoredFile, ...]
     ids: np.ndarray
     opened: dict[int, Shard] = field(default_factory=dict)
+    mended: bool = False
+    """Whether ``ids`` were read from the shards, since their file is damaged."""
+
+    def is_of(self, facts: StoreInfo) -> bool:
+        """Return whether these are the ids and places of a whole store."""
+        if self.ids.dtype != ID_TABLE or self.ids.shape != (facts.rows,):
+            return False
+        shard, row = self.ids["shard"], self.ids["row"]
+        held = np.array([stored.rows for stored in facts.shards] or [0])
+        inside = ((shard >= 0) & (shard < len(held)) & (row >= 0)).all() and (row < held[shard]).all()
+        taken = len(np.unique(np.array(self.begins)[shard] + row)) if inside else -1
+        return (
+            taken == facts.rows
+            and store_hash(self.ids, facts.photographs, facts.ratings_sha256) == facts.sha256
+        )
 
     @cached_property
     def begins(self) -> list[int]:
@@ -192,25 +216,37 @@ class ShardIndex:
 
 
 def places_of(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
-    """Load the index of the store ``path``, memory-mapped; that of a remote one is read and compared with its hash.
+    """Load the index of the store ``path``, memory-mapped unless it is remote, and compare it with its hash.
 
-    `MissingFileError` if the list of ids is gone; `DataError` if it is unreadable.
+    A damaged list of ids is made anew from the shards. `MissingFileError` if it is gone, `DataError` if the shards are
+    damaged, too.
     """
     file = path / facts.ids
     try:
-        if isinstance(file, RemotePath):
-            ids = np.load(io.BytesIO(file.read_bytes()), allow_pickle=False)
-            if store_hash(ids, facts.photographs, facts.ratings_sha256) != facts.sha256:
-                raise DataError(
-                    file, "wrong hash: not the list of ids that was written; copy the store again"
-                )
-        else:
-            ids = np.load(file, mmap_mode="r", allow_pickle=False)
-    except FileNotFoundError as error:
-        raise MissingFileError(file, f"not readable: {error}; import the data again") from error
-    except (OSError, ValueError, KeyError) as error:
-        raise DataError(file, f"not readable: {error}; import the data again") from error
-    return ShardIndex(facts.shards, ids)
+        with reading(file):
+            if isinstance(file, RemotePath):
+                ids = np.load(io.BytesIO(file.read_bytes()), allow_pickle=False)
+            else:
+                ids = np.load(file, mmap_mode="r", allow_pickle=False)
+    except MissingFileError:
+        raise
+    except DataError:
+        ids = np.zeros(0, ID_TABLE)
+    index = ShardIndex(facts.shards, ids)
+    if not index.is_of(facts):
+        LOG.warning("%s: not the list of ids that was written; the shards are read instead", file)
+        index = _read_again(path, facts)
+    return index
+
+
+def _read_again(path: Path | RemotePath, facts: StoreInfo) -> ShardIndex:
+    """Return the index of what the shards hold."""
+    rows = []
+    for number, stored in enumerate(facts.shards):
+        shard = Shard(path / stored.file, stored, facts.streams, BlockReader())
+        for row, (info, image) in enumerate(zip(shard.infos, shard.images, strict=True)):
+            rows.append((info.id.encode(), facts_hash(info, image), number, row))
+    return ShardIndex(facts.shards, np.sort(np.array(rows, ID_TABLE), order="id"), mended=True)
 
 
 class ShardWriter:

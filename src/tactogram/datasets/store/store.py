@@ -23,7 +23,7 @@ from tactogram.datasets.store.layout import (
     facts_hash,
     file_hash,
     file_size,
-    store_hash,
+    reading,
 )
 from tactogram.datasets.store.photographs import Photograph, PhotographFiles, image_key
 from tactogram.datasets.store.remote import BlockReader, RemotePath, location, readable
@@ -150,7 +150,8 @@ class Store:
         if stored is None:
             return None
         path = self.folder / stored.file
-        return read_ratings(readable(path), name=str(path))
+        with reading(path):
+            return read_ratings(readable(path), name=str(path))
 
     def place(self, id: str) -> int:
         """Return the place of one recording in the order in which they are stored."""
@@ -358,8 +359,7 @@ def problems(store: Store, *, progress: Callable[[int, int], None] | None = None
         elif file_size(path) != stored.bytes or file_hash(path) != stored.sha256:
             faults.append(f"{path}: changed since it was written (sha256 differs); import the data again")
     facts = store.facts
-    whole = len(store._ids) == facts.rows
-    if not (whole and store_hash(store._ids, facts.photographs, facts.ratings_sha256) == facts.sha256):
+    if store._places.mended or not store._places.is_of(facts):
         faults.append(
             f"{store.folder / facts.ids}: is not the list of ids, or of photographs, that was written"
         )

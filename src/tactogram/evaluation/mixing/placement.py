@@ -353,6 +353,8 @@ def texture_features(signals: Sequence[Signal], *, level: bool = True) -> NDArra
     """
     seconds = min((signal.seconds for signal in signals), default=0.0)
     check_alike(signals, shortest_s=max(SEGMENT_S, seconds))
+    if signals and signals[0].rate * SEGMENT_S < 8:
+        raise ParameterError.must("rate", f"be at least {8 / SEGMENT_S:g} Hz", signals[0].rate)
     return np.array([np.mean([_features(p, level) for p in segments([s], seconds)], axis=0) for s in signals])
 
 

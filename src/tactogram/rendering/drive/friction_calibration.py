@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import Field
 
-from tactogram.errors import DataError, ParameterError
+from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
 from tactogram.validation import FrozenModel, validated
 
@@ -32,9 +32,9 @@ class FrictionCalibration(FrozenModel):
     residual_sd: float
     """Standard deviation of the friction coefficient from the law."""
     r_squared: float
-    exponent: float | None
+    exponent: float | None = None
     """Of a fit of mu_0 + s V^n; None if it did not converge."""
-    exponent_interval: tuple[float, float] | None
+    exponent_interval: tuple[float, float] | None = None
     highest_v_rms: float
     """Largest measured voltage; beyond it the law is extrapolated."""
 
@@ -59,18 +59,16 @@ class FrictionCalibration(FrozenModel):
         }
 
 
+class _Calibrations(FrozenModel):
+    calibration: list[FrictionCalibration]
+
+
 def read_calibrations(path: Path | str) -> list[FrictionCalibration]:
     """Return the calibrations in a TOML file.
 
     Raises `DataError` if it is not valid TOML; `ParameterError` if a key or value is wrong.
     """
-    path = Path(path)
-    values = read_toml(path)
-    rows = values.get("calibration")
-    if not isinstance(rows, list) or set(values) != {"calibration"}:
-        raise DataError(path, f"needs [[calibration]] and nothing else, got {', '.join(values) or 'nothing'}")
-    absent = {"exponent": None, "exponent_interval": None}
-    return [validated(FrictionCalibration, {**absent, **row}, where=f"{path}: calibration") for row in rows]
+    return validated(_Calibrations, read_toml(Path(path)), where=str(path)).calibration
 
 
 def calibration_of(path: Path | str, person: str | None = None) -> FrictionCalibration:

@@ -17,6 +17,7 @@ from tactogram.rendering.files.documents import DecodedDocument, Node, Notes, pa
 from tactogram.rendering.files.events import Events
 from tactogram.signal import Signal
 from tactogram.signal.io.content import SignalDescription, decode as read_description
+from tactogram.text_files import check_regular
 
 MOST_BYTES = 500_000_000
 """Largest file that is read."""
@@ -120,8 +121,7 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
 
 
 def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
-    if not path.is_file():
-        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
+    check_regular(path)
     if path.stat().st_size > MOST_BYTES:
         raise DataError(path, f"must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)

@@ -9,7 +9,6 @@ import lzma
 import math
 import re
 import zipfile
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,10 +17,9 @@ from typing import IO
 import numpy as np
 
 from tactogram.errors import DataError, TactogramError, one_line
+from tactogram.text_files import check_regular
 
 MIB = 2**20
-ZIP_ERRORS = (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, OSError)
-"""Errors of a damaged archive."""
 SMALL = 256 * MIB
 """Unpacked size that any archive may have."""
 MOST_GROWTH = 100
@@ -56,14 +54,22 @@ def check_archive(
 @contextmanager
 def decoding(source: Path | str, problem: str, *, remedy: str = "") -> Iterator[None]:
     """Raise a `DataError` for an empty file and for whatever a library raises for a damaged one; name the source."""
-    if isinstance(source, Path) and source.is_file() and source.stat().st_size == 0:
-        raise DataError(source, "empty file")
+    if isinstance(source, Path) and source.exists():
+        check_regular(source)
+        if source.stat().st_size == 0:
+            raise DataError(source, "empty file")
     try:
         yield
     except TactogramError as error:
         raise type(error)(source, error) from error
     except Exception as error:
-        raise DataError(source, f"{problem}: {one_line(error)}", remedy=remedy) from error
+        raise DataError(source, f"{problem}{reason(error)}", remedy=remedy) from error
+
+
+def reason(error: Exception) -> str:
+    """Return a library's words on what is wrong; none where it tripped, so that they are on its own code."""
+    tripped = isinstance(error, TypeError | AttributeError | LookupError | AssertionError | NameError)
+    return "" if tripped else f": {one_line(error)}"
 
 
 def check_size(count: int, path: Path) -> None:
@@ -80,11 +86,9 @@ def unpacked(path: Path) -> dict[str, bytes]:
 
     What phyphox and Sensor Logger write of the telephone beside the recordings is left out.
     """
-    raw, suffix = path.read_bytes(), path.suffix.lower()
-    most = max(SMALL, MOST_GROWTH * len(raw))
-    if not raw:
-        raise DataError(path, "empty file")
-    try:
+    with decoding(path, "truncated or damaged"):
+        raw, suffix = path.read_bytes(), path.suffix.lower()
+        most = max(SMALL, MOST_GROWTH * len(raw))
         if suffix == ".zip":
             check_archive(io.BytesIO(raw), path)
             with zipfile.ZipFile(io.BytesIO(raw)) as archive:
@@ -102,8 +106,6 @@ def unpacked(path: Path) -> dict[str, bytes]:
         else:
             with (gzip if suffix == ".gz" else bz2).open(io.BytesIO(raw)) as file:
                 text = file.read(most + 1)
-    except (*ZIP_ERRORS, lzma.LZMAError) as error:
-        raise DataError(path, f"truncated or damaged: {one_line(error)}") from None
     check_size(len(text), path)
     return {str(path): text}
 

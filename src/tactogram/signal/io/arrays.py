@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, one_line
-from tactogram.signal.io.archives import ZIP_ERRORS, check_archive
+from tactogram.errors import DataError
+from tactogram.signal.io.archives import check_archive, decoding
 from tactogram.signal.io.content import Column, RawTable, SignalDescription, decode
 from tactogram.signal.io.vocabulary import heading
 from tactogram.signal.signal import Signal
@@ -219,12 +219,8 @@ def load_arrays(
             raise DataError(path, f"not an NPZ file: expected PK at byte 0, got {head!r}{hint}")
         check_archive(stream, path)
         stream.seek(0)
-        try:
-            with np.load(stream, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files if only is None or name == only}
-        except (*ZIP_ERRORS, ValueError, KeyError) as error:
-            reason = "holds pickled objects" if "allow_pickle" in str(error) else "truncated or damaged"
-            raise DataError(path, f"{reason}: {one_line(error)}") from error
+        with decoding(path, "truncated or damaged"), np.load(stream, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files if only is None or name == only}
     if missing := [name for name in needed if name not in arrays]:
         raise DataError(path, f"must hold {', '.join(needed)}, lacks {', '.join(missing)}")
     return arrays
@@ -238,11 +234,7 @@ def _describe(arrays: Arrays, path: Path) -> SignalDescription:
 
 
 def _load_array(path: Path) -> NDArray[np.generic]:
-    if path.stat().st_size == 0:
-        raise DataError(path, "empty file")
-    try:  # mapped, so that a head that claims more than there is takes no memory
+    with decoding(path, "truncated or not an NPY file"):
+        # Mapped, so that a head that claims more than there is takes no memory.
         loaded: NDArray[np.generic] = np.lib.format.open_memmap(path, mode="r")
-    except Exception as error:  # numpy raises whatever a damaged head leads to
-        reason = "holds pickled objects" if "object" in str(error).lower() else "truncated or not an NPY file"
-        raise DataError(path, f"{reason}: {one_line(error)}") from None
     return loaded

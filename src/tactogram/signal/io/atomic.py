@@ -22,7 +22,7 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
     Without ``over``, an existing file stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part{path.suffix}")
+    part = path.with_name(f".{path.stem[:40]}-{secrets.token_hex(4)}.part{path.suffix}")
     try:
         yield part
         if durable:
@@ -69,6 +69,8 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
     Permissions are not sufficient (a file system may be read-only, a network share may have its own), so an unnamed
     file is opened in the nearest existing folder; nothing is left there, and no folder is made.
     """
+    if long := [part for part in path.parts if len(os.fsencode(part)) > 255]:
+        raise ParameterError(f"{long[0]}: a name must have at most 255 bytes; give a shorter one")
     try:
         if folder and path.exists() and not path.is_dir():
             raise ParameterError(f"{path}: is a file; a folder is needed here: give another name")

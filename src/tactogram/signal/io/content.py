@@ -6,7 +6,7 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Self, cast
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from tactogram.signal.signal import RATES, Domain, Signal, check_rate
 from tactogram.signal.timing import steps_alike, to_uniform
 from tactogram.signal.units import parse_seconds, parse_unit
 from tactogram.text_files import parse_json
+from tactogram.validation import facts_of
 
 VERSION = 1
 TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
@@ -44,17 +45,8 @@ class SignalDescription:
 
     def encode(self) -> str:
         """Return it as one line of ASCII; `ParameterError` if the metadata is not JSON."""
-        facts = {
-            "tactogram": VERSION,
-            "rate": self.rate,
-            "unit": self.unit,
-            "axes": self.axes,
-            "domain": self.domain,
-            "full_scale": self.full_scale,
-            "metadata": self.metadata,
-        }
         try:
-            return json.dumps(facts, allow_nan=False)
+            return json.dumps({"tactogram": VERSION, **vars(self)}, allow_nan=False)
         except (TypeError, ValueError) as error:
             raise ParameterError.must("metadata", f"be JSON values: {error}") from error
 
@@ -71,18 +63,7 @@ def decode(text: str, where: str) -> SignalDescription | None:
         raise DataError(
             where, f"description must be of version {VERSION}, got {facts['tactogram']!r}; update"
         )
-    try:
-        scale = facts["full_scale"]
-        return SignalDescription(
-            rate=float(facts["rate"]),
-            unit=str(facts["unit"]),
-            axes=tuple(str(name) for name in facts["axes"]),
-            domain=cast("Domain", facts["domain"]),
-            full_scale=None if scale is None else float(scale),
-            metadata=dict(facts["metadata"]),
-        )
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise DataError(where, f"description is damaged: {error!r}") from error
+    return facts_of(SignalDescription, facts, where=f"{where}: description")
 
 
 Column = NDArray[np.float64] | NDArray[np.object_]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tactogram.errors import DataError, Message, ParameterError, TactogramError, remedies_of
 from tactogram.signal.io import arrays, hdf5, labview, matlab, records, sound, table, worksheet
-from tactogram.signal.io.archives import unpacked
+from tactogram.signal.io.archives import reason, unpacked
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import (
     IGNORED,
@@ -32,7 +32,7 @@ from tactogram.signal.io.table_content import only_part, table_contents
 from tactogram.signal.io.vocabulary import STREAM_OF_UNIT
 from tactogram.signal.signal import Signal, signal_of
 from tactogram.signal.timing import SamplingTiming, estimate_timing
-from tactogram.text_files import path_of
+from tactogram.text_files import check_regular, path_of
 
 LOG = logging.getLogger("tactogram")
 SOUND = (
@@ -224,9 +224,14 @@ def _contents(
     ):
         if useless:
             raise ParameterError(f"{name} does not apply to {suffix}; omit it")
-    if suffix in SOUND:
-        return (sound.read(path, full_scale=full_scale),)
-    return table_contents(_tables(path, suffix, sheet), time=time, **how)
+    try:
+        if suffix in SOUND:
+            return (sound.read(path, full_scale=full_scale),)
+        return table_contents(_tables(path, suffix, sheet), time=time, **how)
+    except TactogramError:
+        raise
+    except Exception as error:  # whatever a reader trips over, the user needs the name of the file
+        raise DataError(path, f"not readable{reason(error)}; save it as CSV") from error
 
 
 def _tables(path: Path, suffix: str, sheet: str | None) -> list[RawTable]:
@@ -379,8 +384,7 @@ def _uses(content: FileContent, axes: tuple[str, ...]) -> tuple[ColumnUse, ...]:
 
 def _existing(path: str | Path) -> Path:
     path = path_of(path, "path")
-    if not path.is_file():
-        raise DataError(path, "is a folder" if path.is_dir() else "no such file")
+    check_regular(path)
     return path
 
 

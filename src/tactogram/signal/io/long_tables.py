@@ -49,7 +49,7 @@ def split_by_sensor(table: RawTable) -> list[RawTable]:
     names = np.array([label_of_cell(cell) for cell in table.columns[key]])
     parts = [_part(table, key, name, np.flatnonzero(names == name)) for name in dict.fromkeys(names)]
     first = parts[0]
-    alike = all(
+    alike = bool(first.columns) and all(
         len(part.columns) == len(first.columns) and np.array_equal(part.columns[0], first.columns[0])
         for part in parts
     )

@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from tactogram.errors import DataError, one_line
+from tactogram.errors import DataError
 from tactogram.signal.io import hdf5
 from tactogram.signal.io.archives import MIB, MOST_GROWTH, SMALL, UnpackedSizeError, decoding
 from tactogram.signal.io.arrays import array_tables
@@ -65,14 +65,12 @@ def check_unpacked(file: BinaryIO, where: Path | str, *, most_bytes: int | None 
     if mark not in (b"IM", b"MI"):  # version 4 compresses nothing
         return
     order = "<u4" if mark == b"IM" else ">u4"
-    try:
+    with decoding(where, "truncated or not a MAT file"):
         while len(tag := file.read(8)) == 8:
             kind, count = (int(number) for number in np.frombuffer(tag, order))
             inner = zlib.decompressobj().decompress(file.read(count), 8) if kind == _COMPRESSED else tag
             file.seek(0 if kind == _COMPRESSED else count, 1)
             total += int(np.frombuffer(inner, order)[1])
-    except (zlib.error, IndexError, ValueError) as error:
-        raise DataError(where, f"truncated or not a MAT file: {one_line(error)}") from None
     if total > most:
         raise UnpackedSizeError(
             where, f"must unpack to at most {most // MIB} MiB, got {total / MIB:.0f} MiB; cut it"

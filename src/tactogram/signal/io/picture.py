@@ -29,6 +29,7 @@ from tactogram.extras import imported
 from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.signal import Image
+from tactogram.text_files import read_bytes
 
 PICTURE_FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "PPM", "HEIF")
 """Readable formats. Others of Pillow's run programs (EPS) or are no photographs."""
@@ -108,11 +109,7 @@ def picture_size(data: bytes, *, name: str) -> tuple[int, int]:
 
 def picture_bytes(path: Path | str) -> bytes:
     """Return the content of a picture file; `DataError` if it is unreadable or empty."""
-    try:
-        data = Path(path).read_bytes()
-    except OSError as error:
-        raise DataError(path, f"not readable: {error.strerror}") from error
-    if not data:
+    if not (data := read_bytes(Path(path))):
         raise DataError(path, f"{NOT_READABLE}: empty file")
     return data
 

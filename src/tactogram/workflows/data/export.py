@@ -12,7 +12,7 @@ import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from tactogram.datasets import Store
-from tactogram.datasets.store.layout import StoredFile, schema
+from tactogram.datasets.store.layout import StoredFile, open_parquet, reading, schema
 from tactogram.datasets.store.pending import new_folder
 from tactogram.datasets.store.remote import arrow_place
 from tactogram.signal.io.atomic import write_text
@@ -31,7 +31,7 @@ PHOTOGRAPH_FEATURES = {
 def write_hub_dataset(store: Store, out: Path) -> None:
     """Write a store into a new folder; `RunError` if it exists."""
     configs = [("default", "data/*.parquet")]
-    with new_folder(out) as folder:
+    with new_folder(out) as folder, reading(store.folder):
         _write_recordings(store, folder / "data")
         if store.facts.images:
             configs.append(("photographs", "photographs/*.parquet"))
@@ -44,6 +44,8 @@ def write_hub_dataset(store: Store, out: Path) -> None:
 
 def _dataset(store: Store, *files: StoredFile, schema: pa.Schema = None) -> ds.Dataset:
     """Return files of a store; columns of ``schema`` that a file lacks are null."""
+    for stored in files:
+        open_parquet(store.folder / stored.file, stored)
     system, folder = arrow_place(store.folder)
     return ds.dataset([f"{folder}/{stored.file}" for stored in files], schema=schema, filesystem=system)
 

@@ -12,7 +12,14 @@ from typing import Any
 from tactogram.datasets.everyday import known_from
 from tactogram.errors import ParameterError
 from tactogram.features.text_classifier import plain
-from tactogram.model import Condition, Limit, check_options, check_values, condition_options
+from tactogram.model import (
+    Condition,
+    Limit,
+    check_condition,
+    check_options,
+    condition_options,
+    material_weights,
+)
 from tactogram.parameters import checked
 from tactogram.rendering.files.catalogue import format_for, formats_with, haptic_suffixes
 from tactogram.rendering.files.conversion import write_haptic
@@ -80,17 +87,27 @@ def generate(
     ('m/s^2', 1.0)
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    _ = loaded.generator  # refuses a run that does not generate
-    _check(seconds, seed)
     if not 1 <= count <= MOST:
         raise ParameterError.must("count", f"be at least 1 and at most {MOST}", count)
-    check_values(condition)
-    if condition.get("motion") is not None:
-        _check_motion(loaded)
-    condition = within(loaded, with_materials(loaded, condition))
+    condition = checked_condition(loaded, condition, seconds, seed)
     first, *others = seeds_of(seed, count)
     result = loaded.generate(condition, seconds=seconds, seed=first)
     return chain((result,), (loaded.generate(condition, seconds=seconds, seed=drawn) for drawn in others))
+
+
+def checked_condition(
+    run: LoadedRun, condition: Condition, seconds: float | None, seed: int
+) -> dict[str, Any]:
+    """Return a condition as the model takes it; `ParameterError` for what `generate` refuses before it starts."""
+    _ = run.generator  # refuses a run that does not generate
+    _check(seconds, seed)
+    if condition.get("motion") is not None:
+        _check_motion(run)
+    check_condition(condition, takes=(*run.facts.conditions, "text", "latent"))
+    asked = with_materials(run, condition)
+    if asked.get("material") is not None:
+        material_weights(asked, run.any_kind.materials)
+    return within(run, asked)
 
 
 def limits(run: LoadedRun, condition: Condition) -> list[Limit]:
@@ -185,9 +202,7 @@ def generate_files(
         As `generate`; or if the suffix of ``out`` is not for the model's kind of output.
     """
     loaded = run if isinstance(run, LoadedRun) else load_run(run)
-    known = suffixes_for(loaded.facts.gives)
-    if out.suffix.lower() not in known:
-        raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
+    check_suffix(loaded, out)
     how = Reading(loaded, reading or {}, seconds, seed)
     condition = {**condition, **how.condition(options or {})}
     described = condition_facts(loaded, condition)
@@ -203,6 +218,13 @@ def generate_files(
             generate(loaded, condition, seconds=seconds, seed=seed, count=count), start=1
         )
     ]
+
+
+def check_suffix(run: LoadedRun, out: Path) -> None:
+    """Refuse a file whose suffix is not for the model's kind of output."""
+    known = suffixes_for(run.facts.gives)
+    if out.suffix.lower() not in known:
+        raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
 
 
 @dataclass(frozen=True)

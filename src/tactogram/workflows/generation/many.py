@@ -18,10 +18,17 @@ from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_table, read_toml
 from tactogram.validation import validated
-from tactogram.workflows.generation.generate import SIMULATED, generate_files, suffixes_for
+from tactogram.workflows.generation.generate import (
+    SIMULATED,
+    Reading,
+    check_suffix,
+    checked_condition,
+    generate_files,
+    suffixes_for,
+)
 from tactogram.workflows.generation.word_scores import needs_words
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.training.loaded_run import load_run
+from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.workers import absolute
 from tactogram.workflows.workers.tasks import kept_values
 
@@ -160,6 +167,11 @@ def generate_many(
         replace(row, seconds=row.seconds or seconds, seed=seed if row.seed is None else row.seed)
         for row in rows
     ]
+    for row in rows:
+        try:
+            _check_row(loaded, row, folder)
+        except TactogramError as error:
+            raise ParameterError(row.file, error) from error
     kept = folder / "made"
     chunks = [
         _Chunk(
@@ -189,15 +201,14 @@ def _made(chunk: _Chunk) -> dict[str, Any]:
     """Write the files of some rows; return their facts."""
     loaded, files = load_run(chunk.run), []
     for row in chunk.rows:
-        try:
-            files += generate_files(
-                loaded,
-                {},
-                Path(chunk.out) / row.file,
-                seconds=row.seconds,
-                seed=row.seed or 0,
-                options=row.options,
-            )
-        except TactogramError as error:
-            raise ParameterError(row.file, error) from error
+        target, seed = Path(chunk.out) / row.file, row.seed or 0
+        files += generate_files(loaded, {}, target, seconds=row.seconds, seed=seed, options=row.options)
     return {"files": files}
+
+
+def _check_row(run: LoadedRun, row: ConditionRow, folder: Path) -> None:
+    """Refuse a row that `generate_files` would refuse, so that no file of the others is written before."""
+    check_suffix(run, folder / row.file)
+    check_writable(folder / row.file)
+    seed = row.seed or 0
+    checked_condition(run, Reading(run, {}, row.seconds, seed).condition(row.options), row.seconds, seed)

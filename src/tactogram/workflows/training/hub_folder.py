@@ -8,7 +8,6 @@ from __future__ import annotations
 import shutil
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -17,6 +16,7 @@ from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.training.run import Run, open_run
 from tactogram.workflows import hub
@@ -110,7 +110,7 @@ def _copy(source: Path, target: Path) -> None:
     if left_out is None:
         shutil.copyfile(source, target)
         return
-    values = Run(source.parent).read_json(source.name)
+    values = Run(source.parent).read_json(source.name, dict)
     kept = {key: value for key, value in values.items() if key not in left_out}
     Run(target.parent).write_json(target.name, {**kept, "path": ""} if "path" in values else kept)
 
@@ -120,7 +120,7 @@ def _card(run: Run, info: ModelInfo, name: str) -> str:
     from huggingface_hub import EvalResult, ModelCardData
 
     data, kind = run.data, run.kind()
-    evaluation = run.read_json("evaluation.json") if (run.folder / "evaluation.json").is_file() else {}
+    evaluation = run.evaluation
     results, on = evaluation_results(evaluation), evaluation.get("data", {})
     entries = [
         EvalResult(
@@ -200,19 +200,19 @@ def import_run(file: Path | str, out: Path | str) -> dict[str, Any]:
         If the file is not a packed run, names a path outside it, or ``out`` exists.
     """
     try:
-        with new_folder(Path(out)) as part:
+        with new_folder(Path(out)) as part, decoding(Path(file), "not a packed run"):
             with zipfile.ZipFile(file) as packed:
                 for member in packed.infolist():
                     path = PurePosixPath(member.filename)
                     if path.is_absolute() or ".." in path.parts or "\\" in member.filename:
-                        raise RunError(f"{file}: names a path outside the run: {member.filename!r}")
+                        raise RunError(f"names a path outside the run: {member.filename!r}")
                 if sum(member.file_size for member in packed.infolist()) > LARGEST_BYTES:
-                    raise RunError(f"{file}: would unpack to more than {LARGEST_BYTES >> 30} GiB")
+                    raise RunError(f"would unpack to more than {LARGEST_BYTES >> 30} GiB")
                 packed.extractall(part)
                 count = len(packed.infolist())
             check_foreign(Run.open(part))
-    except (OSError, zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, EOFError) as error:
-        raise RunError(f"{file}: not a packed run: {error}") from error
+    except DataError as error:
+        raise RunError(error) from error
     return {"run": str(out), "files": count}
 
 

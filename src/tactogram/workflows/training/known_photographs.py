@@ -35,7 +35,7 @@ def known_photographs(run: Run) -> PhotoNovelty | None:
     if not (run.folder / FILE).is_file():
         return None
     try:
-        return PhotoNovelty.from_facts(run.read_json(FILE))
+        return PhotoNovelty.from_facts(run.read_json(FILE, dict))
     except (KeyError, TypeError, ValueError) as error:
         raise RunError(
             f"{run.folder / FILE}: lacks or misspells {error}; it is damaged, delete it"

@@ -47,7 +47,7 @@ def compare_runs(runs: Sequence[Path | str] = ()) -> dict[str, Any]:
     opened = [open_run(run) for run in runs]
     settings = [dotted(run.recipe.model_dump(mode="json")) for run in opened]
     shared = [key for key in settings[0] if all(key in other for other in settings) and key not in OMITTED]
-    evaluations = [_evaluation(run) for run in opened]
+    evaluations = [run.evaluation for run in opened]
     results = [_results(run, evaluation) for run, evaluation in zip(opened, evaluations, strict=True)]
     names = dict.fromkeys(name for figures in results for name in figures)
     return {
@@ -94,7 +94,3 @@ def _results(run: Run, evaluation: Mapping[str, Any]) -> dict[str, float]:
     return {f"validation {name}": value for name, value in validation.items()} | evaluation_results(
         evaluation
     )
-
-
-def _evaluation(run: Run) -> dict[str, Any]:
-    return run.read_json("evaluation.json") if (run.folder / "evaluation.json").is_file() else {}

@@ -14,17 +14,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 from scipy.linalg import solve_triangular
 from scipy.signal import welch
 from scipy.stats import t as student
+from typing_extensions import TypedDict
 
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import Example, Model
 from tactogram.signal import Signal
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.training.run import Run
 
@@ -43,6 +46,13 @@ LEAST_LEVEL = 1e-12
 """Share of the power that counts as silence in a band."""
 LEAST_SD_DB = 1.0
 """A band whose level varies less counts as if it varied so much."""
+
+
+class _SearchFacts(TypedDict):
+    ids: list[str]
+    materials: list[str]
+    threshold: Annotated[float, Field(gt=0)]
+    calibrated_on: int
 
 
 class SurfaceIndex:
@@ -109,16 +119,21 @@ class SurfaceIndex:
         file = run.folder / "search.json"
         if not file.is_file():
             raise RunError(f"{run.folder}: has no search index; search needs a trained classifier")
-        facts = run.read_json("search.json")
+        facts = run.read_json("search.json", _SearchFacts)
         index = cls.__new__(cls)
         index.ids, index.materials = facts["ids"], facts["materials"]
         index.threshold, index.calibrated_on = facts["threshold"], facts["calibrated_on"]
-        for name, attribute in (("search-vectors.npy", "whitened"), ("search-whitening.npy", "whitening")):
-            try:
-                setattr(index, attribute, np.load(run.folder / name, allow_pickle=False))
-            except (OSError, ValueError, EOFError) as error:
-                raise RunError(f"{run.folder / name}: not readable: {error}") from error
-        if len(index.whitened) != len(index.ids):
+        for name, attribute in zip(INDEX_FILES, ("whitened", "whitening"), strict=False):
+            with run.refusing(), decoding(run.folder / name, "not readable"):
+                matrix = np.load(run.folder / name, allow_pickle=False)
+                if matrix.ndim != 2 or matrix.dtype != np.float32 or not np.isfinite(matrix).all():
+                    raise DataError("must be a matrix of finite numbers")
+                setattr(index, attribute, matrix)
+        count, features = index.whitened.shape
+        if (
+            not 0 < count == len(index.ids) == len(index.materials)
+            or index.whitening.shape != (features,) * 2
+        ):
             raise RunError(f"{run.folder / 'search-vectors.npy'}: does not match search.json")
         return index
 

@@ -196,7 +196,7 @@ def _cell(
             resume=(run / "recipe.toml").exists(),
             progress=progress,
         )
-        validation = trained.read_json("model.json").get("validation", {})
+        validation = trained.facts().get("validation", {})
         most = EVALUATED_PAPER if settings.paper else EVALUATED
         measured = evaluate_pictures(run, weights=weights, most=most, progress=progress)
         return {"validation": validation, **measured}

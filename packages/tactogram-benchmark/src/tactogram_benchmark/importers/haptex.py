@@ -39,7 +39,7 @@ from tactogram.datasets import (
     files_below,
 )
 from tactogram.errors import DataError
-from tactogram.signal import Signal, resample
+from tactogram.signal import Signal, check_growth, resample
 from tactogram.signal.io import column_numbers, heading, text_table
 
 TITLE = "HapTex: friction of a finger over 120 fabrics"
@@ -142,6 +142,7 @@ def friction_over(
             f"the finger must move over at least {LEAST} samples, got {len(displacement)} over {length:g} mm; "
             "is the displacement in mm?",
         )
+    check_growth(length * FINE * rate, len(displacement), f"over {length:g} mm")
     grid = np.arange(0, length, 1 / (FINE * rate))
     fine = Signal(np.interp(grid, displacement, coefficient), FINE * rate, "1", ("along",), "displacement")
     return resample(fine, rate), len(displacement) / length

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from tactogram.errors import DataError
-from tactogram.text_files import decode_text, parse_json
+from tactogram.text_files import check_regular, decode_text, parse_json
 
 HEAD = "# tactogram raw log "
 
@@ -180,6 +180,7 @@ def _seconds(stamp: re.Match[str]) -> float:
 
 def _opened(path: Path) -> Any:
     try:
+        check_regular(path)
         return path.open("rb")
     except (OSError, ValueError) as error:
         raise _log_error(path, "cannot be read", error) from None

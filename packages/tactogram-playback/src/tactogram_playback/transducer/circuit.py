@@ -132,13 +132,15 @@ def fitted_transducer(frequency: ArrayLike, admittance: ArrayLike) -> Transducer
 
     f = np.asarray(frequency, np.float64)
     y = np.asarray(admittance, np.complex128)
-    if f.ndim != 1 or f.shape != y.shape or len(f) < 8:
+    if f.ndim != 1 or f.shape != y.shape or len(np.unique(f)) < 8:
         raise ParameterError(
             f"a sweep needs 8 frequencies and as many admittances, got {f.shape} and {y.shape}"
         )
-    if not (np.isfinite(f).all() and (f > 0).all()) or np.isinf(y).any():
-        raise ParameterError("a sweep's frequencies must be > 0 Hz and its values finite")
     valid = ~np.isnan(y)
+    if not ((f >= 1) & (f <= 1e9)).all() or not (np.abs(y[valid]) <= 1e6).all():
+        raise ParameterError(
+            "a sweep's frequencies must be 1 to 1e9 Hz, and its values finite, at most 1e6 S"
+        )
     if valid.sum() < max(8, len(f) / 2):
         raise ParameterError(
             f"{(~valid).sum()} of the sweep's {len(f)} measurements were lost: check the probe"
@@ -207,7 +209,7 @@ def _first_guess(f: NDArray[np.float64], y: NDArray[np.complex128]) -> Transduce
     if not conductance[top] > 0:
         raise ParameterError("no resonance in this sweep: its conductance is nowhere above 0")
     above = f[conductance > conductance[top] / 2]
-    width = max(float(above.max() - above.min()), float(np.diff(f).min()))
+    width = max(float(np.ptp(above)), float(np.ptp(f)) / len(f))
     ends = np.concatenate([y[:2].imag / f[:2], y[-2:].imag / f[-2:]]) / (2 * np.pi)
     return Transducer(
         float(f[top]),

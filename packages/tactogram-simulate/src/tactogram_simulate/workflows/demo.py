@@ -239,7 +239,7 @@ def _searched(classifier: LoadedRun, store: Store, tests: dict[str, Any]) -> Rep
 
 def _none_of_these_text(classifier: LoadedRun) -> str:
     """Return a sentence on "none of these" in the run's last evaluation."""
-    facts = classifier.run.read_json("evaluation.json")["none_of_these"]
+    facts = classifier.run.read_json("evaluation.json", dict)["none_of_these"]
     return (
         f"{_percent(facts['known_kept'])} of {facts['known']} strokes over known surfaces pass, "
         f"{_percent(facts['unknown_rejected'])} of {facts['unknown']} over {UNKNOWN} are refused; "

@@ -21,6 +21,7 @@ from typing import Any, Literal
 from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import checked
 from tactogram.signal.io import write_text
+from tactogram.text_files import read_json
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
 from tactogram_study.session.export import export_bids, write_companion_tables
@@ -58,11 +59,7 @@ def study_of(source: Path) -> Study | None:
     file = source.with_suffix(STUDY_SUFFIX)
     if not file.is_file():
         return None
-    try:
-        facts = json.loads(file.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise DataError(file, f"not a readable study: {error}; export the answers again") from error
-    return Study.of(facts, where=str(file))
+    return Study.of(read_json(file), where=str(file))
 
 
 STUDY_SUFFIX = ".study.json"
