@@ -142,13 +142,13 @@ def run_study(
                 if played_by == "stream":
                     display.lock(driven)
         limited = opened.stimuli.limited()
-        opened.stimuli.start()  # prepared while the first participants read the consent page
         enrolled = {participant.code.casefold() for participant in opened.store.participants()}
         for code in codes:
             if code.casefold() not in enrolled:
                 opened.store.enrol(code)
 
         def ready(server: ServerAnnouncement) -> None:
+            opened.stimuli.start()  # not before: it would slow down the restart that participants wait for
             best, *others = server.roots
             facts: dict[str, Any] = {
                 "experimenter": server.address,
