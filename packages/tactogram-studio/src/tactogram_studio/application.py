@@ -94,6 +94,7 @@ def make_app(
         importlib.import_module(f"tactogram_studio.pages.{name}").add(studio)
     add_not_found(navigation=not studio.study_only)
     show_errors(pages_app)
+    _name_nonces()
     ui.run_with(
         app,
         title="tactogram",
@@ -152,9 +153,20 @@ def serve(
     try:
         on_ready()  # the socket listens already
         with suppress(KeyboardInterrupt):  # the usual way to stop it
-            StudioServer(app, context=context).run(sockets=[listening.socket])
+            StudioServer(app, context=context, proxies=listening.proxies).run(sockets=[listening.socket])
     finally:
         studio.sessions.close()
+
+
+def _name_nonces() -> None:
+    """Give NiceGUI's inline scripts the nonce of `RequestGuard`; those in a page's content get none."""
+    from jinja2 import ChoiceLoader, DictLoader
+    from nicegui.client import templates
+
+    environment = templates.env
+    source, *_ = environment.loader.get_source(environment, "index.html")
+    named = source.replace("<script", '<script nonce="{{ request.state.nonce }}"')
+    environment.loader = ChoiceLoader([DictLoader({"index.html": named}), environment.loader])
 
 
 def _share_memory_between_threads() -> None:

@@ -307,7 +307,7 @@ def test_an_error_inside_becomes_one_sentence_and_is_logged(caplog):
     status, headers, body = ask("/broken")
     assert status == 500
     assert b"secret" not in body
-    assert headers["content-security-policy"] == STUDIO_POLICY
+    assert "script-src 'self' 'nonce-" in headers["content-security-policy"]
     assert "a secret of the inside" in caplog.text
 
 
@@ -328,6 +328,15 @@ def test_every_answer_says_what_a_browser_may_do_with_it():
     assert (headers["x-content-type-options"], headers["referrer-policy"]) == ("nosniff", "no-referrer")
     assert headers["cache-control"] == "no-store"
     assert "frame-ancestors 'none'" in STUDIO_POLICY
+
+
+def test_an_inline_script_needs_the_nonce_of_its_own_response():
+    policies = [ask()[1]["content-security-policy"] for _ in range(2)]
+    first, second = (re.search(r"'nonce-([\w-]{20,})'", policy)[1] for policy in policies)
+    assert first != second
+    assert policies[0] == STUDIO_POLICY.format(nonce=first)
+    scripts = next(part for part in STUDIO_POLICY.split("; ") if part.startswith("script-src"))
+    assert scripts == "script-src 'self' 'nonce-{nonce}' 'unsafe-eval'"
 
 
 def test_an_answer_s_own_headers_stay():

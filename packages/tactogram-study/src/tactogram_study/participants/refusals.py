@@ -31,15 +31,13 @@ class RateLimiter:
         self._spent: OrderedDict[Hashable, tuple[float, float]] = OrderedDict()
         self._guard = threading.Lock()
 
-    def wait_s(self, key: Hashable) -> float:
-        """Return the seconds until the next attempt is allowed; 0 is now."""
-        with self._guard:
-            return max(0.0, (self._used(key) + 1 - self.burst) * self.refill_s)
-
     def spend(self, key: Hashable) -> None:
-        """Count an attempt."""
+        """Count an attempt, or raise `RateLimitError` if it comes too early."""
         with self._guard:
-            self._spent[key] = (self._used(key) + 1, self._clock())
+            used = self._used(key) + 1
+            if used > self.burst:
+                raise RateLimitError((used - self.burst) * self.refill_s)
+            self._spent[key] = (used, self._clock())
             self._spent.move_to_end(key)
             if len(self._spent) > MOST_KEYS:
                 self._spent.popitem(last=False)
@@ -90,13 +88,6 @@ PROGRAM_STATUS = 500
 def status_of(error: TactogramError) -> int:
     """Return the HTTP status of an error."""
     return next((status for kind, status in STATUS if isinstance(error, kind)), 503)
-
-
-def spend(limiter: RateLimiter, key: object) -> None:
-    """Count an attempt, or raise `RateLimitError`."""
-    if wait_s := limiter.wait_s(key):
-        raise RateLimitError(wait_s)
-    limiter.spend(key)
 
 
 class SentenceRoute(APIRoute):
