@@ -11,6 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 from urllib.parse import urlencode
 
 from fastapi.exception_handlers import http_exception_handler
+from fastapi.exceptions import RequestValidationError
 from nicegui import App, Client, app, ui
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -18,6 +19,7 @@ from starlette.responses import Response
 
 from tactogram import workflows
 from tactogram.errors import TactogramError
+from tactogram_study.participants.refusals import sentence_of
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -153,11 +155,17 @@ def show_errors(app: App) -> None:
     """Let pages of an application show the errors of their events and timers, and its other routes answer with 404."""
     app.on_exception(show_error)
     app.add_exception_handler(TactogramError, _not_found)
+    app.add_exception_handler(RequestValidationError, _invalid)
     logging.getLogger("nicegui").addFilter(lambda record: not isinstance(record.msg, Exception))
 
 
 def _not_found(request: Request, error: Exception) -> Response:
     return Response(str(error), status_code=404, media_type="text/plain")
+
+
+def _invalid(request: Request, error: Exception) -> Response:
+    sentence = sentence_of(error) if isinstance(error, RequestValidationError) else str(error)
+    return Response(sentence, status_code=422, media_type="text/plain")
 
 
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:

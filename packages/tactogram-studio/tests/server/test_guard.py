@@ -138,6 +138,29 @@ def test_two_host_headers_are_refused():
     assert ask(headers=[("host", "localhost")])[0] == 400
 
 
+@pytest.mark.parametrize(
+    ("path", "query", "status"),
+    [
+        ("/experiment/a\0b", "", 400),
+        ("/make/photo/a\nb", "", 400),
+        ("/make", "of=a%00b", 400),
+        ("/make", "of=a%0d%0aSet-Cookie:%20x=1", 400),
+        ("/take/\x7f", "", 400),
+        ("/experiment/" + "x" * 256, "", 400),
+        ("/experiment/" + "🙂" * 64, "", 400),
+        ("/experiment/" + "x" * 255, "of=" + "x" * 5000, 200),
+        ("/experiment/\u202egnp.🙂", "of=%E2%80%AE%F0%9F%99%82%ff%zz..%2f", 200),
+    ],
+)
+def test_addresses_that_name_nothing_are_refused_in_one_line(path, query, status):
+    answered = ask(path, query=query)
+    assert answered[0] == status
+    if status == 400:
+        assert re.fullmatch(
+            r"(A name in an|An) address must [\w ,]+(; remove them)?\.", json.loads(answered[2])["error"]
+        )
+
+
 @pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT"])
 def test_methods_that_nothing_uses_are_refused(method):
     assert ask(method=method)[0] == 405

@@ -104,7 +104,7 @@ class SentenceRoute(APIRoute):
             try:
                 return await handler(request)
             except RequestValidationError as error:
-                return _refused(400, _sentence(error))
+                return _refused(400, sentence_of(error))
             except HTTPException as error:
                 return _refused(
                     error.status_code, "a body must be JSON of ordinary size and depth; send it again"
@@ -133,7 +133,8 @@ def _refused(status: int, sentence: str, headers: dict[str, str] | None = None) 
     return Response(body, status, headers=headers, media_type="application/json")
 
 
-def _sentence(error: RequestValidationError) -> str:
+def sentence_of(error: RequestValidationError) -> str:
+    """Return what is wrong with the first invalid value of a request."""
     first = error.errors()[0]
     field = ".".join(str(part)[:40] for part in first["loc"] if part != "body")
     return f"{field or 'body'}: {first['msg']}"

@@ -271,5 +271,5 @@ class SessionRegistry:
     def _inside(self, path: Path) -> Path:
         whole = path.resolve() if self.workspace is None else (self.workspace / path).resolve()
         if self.workspace is not None and not whole.is_relative_to(self.workspace):
-            raise ParameterError(f"{str(path)[:200]}: lies outside of the workspace {self.workspace}")
+            raise ParameterError(f"{str(path)[:200]}: lies outside of the workspace")
         return whole
