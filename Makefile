@@ -14,7 +14,7 @@ unexport PYTHONDONTWRITEBYTECODE
 test: export MALLOC_MMAP_THRESHOLD_ := 268435456
 test: export MALLOC_TRIM_THRESHOLD_ := 268435456
 
-.PHONY: help demo test install check mutants wheel bench benchmark-page docs clean
+.PHONY: help demo test install check mutants fuzz wheel bench benchmark-page docs clean
 .DEFAULT_GOAL := help
 
 help: ## show this list
@@ -50,6 +50,9 @@ check: install ## style, types, layers, documentation
 mutants: install ## check that the tests notice known defects of adversarial training, and seeded ones anywhere (nightly)
 	$(BIN)/python tests/mutation/run.py
 	$(BIN)/python tests/mutation/drawn.py --seed $$(date +%j)
+
+fuzz: install ## send made-up requests to the servers for ten minutes, others each day (nightly)
+	$(BIN)/python -m tests.fuzz.routes --minutes 10 --seed $$(date +%j)
 
 # The wheels are built from the sdists, which thereby prove to be complete. First the core alone, then all together; never
 # wheels of the same version that uv has kept from before.

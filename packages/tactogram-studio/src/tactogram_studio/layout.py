@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -72,6 +73,11 @@ def address(path: str, **query: object) -> str:
     return f"{path}?{urlencode(stated, safe=':/')}" if stated else path
 
 
+def attribute(value: object) -> str:
+    """Return what stands for a value between double quotes in an element's properties."""
+    return json.dumps(str(value), ensure_ascii=False)[1:-1]
+
+
 def keep_address(path: str, **query: object) -> None:
     """Name what a page shows in its address, where a reload, the way back and other tabs find it."""
     ui.navigate.history.replace(address(path, **query))
@@ -102,7 +108,7 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
     width = "content wide" if wide else "content"
     # Quasar draws the main landmark around it.
     with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
-        ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
+        ui.element("h1").classes("title").props(f'data-title="{attribute(title)}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch"):
             try:
                 yield dark
@@ -119,7 +125,7 @@ def _appearance() -> ui.dark_mode:
     def choose(name: str) -> None:
         dark.value = APPEARANCES[name][1]
         for other, item in items.items():
-            item.props(f'aria-checked="{str(other == name).lower()}"')
+            item.props["aria-checked"] = str(other == name).lower()
 
     def press(name: str) -> None:
         app.storage.user["appearance"] = name
