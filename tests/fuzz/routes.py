@@ -12,6 +12,7 @@ printed as a line of JSON, which ``--again LINE`` sends once more. The counts go
 import argparse
 import asyncio
 import faulthandler
+import gzip
 import html
 import json
 import logging
@@ -133,6 +134,8 @@ async def ask(app, made):
     finally:
         done.set()
         faulthandler.cancel_dump_traceback_later()
+    if answer.headers.get("content-encoding") == "gzip":
+        answer.body = gzip.decompress(answer.body)
     return answer
 
 

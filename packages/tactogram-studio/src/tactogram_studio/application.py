@@ -160,13 +160,12 @@ def serve(
 
 def _name_nonces() -> None:
     """Give NiceGUI's inline scripts the nonce of `RequestGuard`; those in a page's content get none."""
-    from jinja2 import ChoiceLoader, DictLoader
-    from nicegui.client import templates
+    from jinja2 import DictLoader
+    from nicegui import client
 
-    environment = templates.env
-    source, *_ = environment.loader.get_source(environment, "index.html")
+    source = (Path(client.__file__).parent / "templates" / "index.html").read_text(encoding="utf-8")
     named = source.replace("<script", '<script nonce="{{ request.state.nonce }}"')
-    environment.loader = ChoiceLoader([DictLoader({"index.html": named}), environment.loader])
+    client.templates.env.loader = DictLoader({"index.html": named})
 
 
 def _share_memory_between_threads() -> None:
