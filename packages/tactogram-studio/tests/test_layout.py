@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from nicegui.props import Props
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError
 from tactogram_studio import layout
 
 
@@ -52,3 +52,12 @@ def test_no_text_is_put_into_properties_unquoted():
 )
 def test_a_text_in_a_property_is_that_text(text):
     assert Props.parse(f'alt="{layout.attribute(text)}" dense') == {"alt": text, "dense": True}
+
+
+def test_an_answer_does_not_tell_where_the_workspace_is(tmp_path):
+    errors = {
+        DataError(tmp_path / "tones", "no recording 'x'"): "tones: no recording 'x'",
+        ParameterError(f"no store in {tmp_path}"): "no store in .",
+        FileNotFoundError(2, "No such file or directory", tmp_path / "x.wav"): "No such file or directory",
+    }
+    assert [layout.without_folder(error, tmp_path) for error in errors] == list(errors.values())

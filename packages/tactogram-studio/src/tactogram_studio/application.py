@@ -93,7 +93,7 @@ def make_app(
     for name in ("studies.experimenter",) if studio.study_only else PAGES:
         importlib.import_module(f"tactogram_studio.pages.{name}").add(studio)
     add_not_found(navigation=not studio.study_only)
-    show_errors(pages_app)
+    show_errors(pages_app, studio.workspace.folder)
     _name_nonces()
     ui.run_with(
         app,

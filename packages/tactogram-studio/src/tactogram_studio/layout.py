@@ -8,6 +8,7 @@ import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 from urllib.parse import urlencode
 
@@ -157,16 +158,25 @@ def show_error(error: BaseException) -> None:
         LOG.warning("page closed before this error could be shown: %s", text)
 
 
-def show_errors(app: App) -> None:
-    """Let pages of an application show the errors of their events and timers, and its other routes answer with 404."""
+def show_errors(app: App, folder: Path) -> None:
+    """Let pages of an application show the errors of their events and timers, and its other routes answer with 404.
+
+    Paths in what the routes answer are relative to ``folder``.
+    """
+
+    def not_found(request: Request, error: Exception) -> Response:
+        return Response(without_folder(error, folder), status_code=404, media_type="text/plain")
+
     app.on_exception(show_error)
-    app.add_exception_handler(TactogramError, _not_found)
+    app.add_exception_handler(TactogramError, not_found)
     app.add_exception_handler(RequestValidationError, _invalid)
     logging.getLogger("nicegui").addFilter(lambda record: not isinstance(record.msg, Exception))
 
 
-def _not_found(request: Request, error: Exception) -> Response:
-    return Response(str(error), status_code=404, media_type="text/plain")
+def without_folder(error: Exception, folder: Path) -> str:
+    """Return the text of an error with paths relative to a folder; an error of the system without its path."""
+    text = (error.strerror or "") if isinstance(error, OSError) else str(error)
+    return text.replace(f"{folder}/", "").replace(str(folder), ".")
 
 
 def _invalid(request: Request, error: Exception) -> Response:
