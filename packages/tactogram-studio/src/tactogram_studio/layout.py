@@ -159,17 +159,19 @@ def show_error(error: BaseException) -> None:
 
 
 def show_errors(app: App, folder: Path) -> None:
-    """Let pages of an application show the errors of their events and timers, and its other routes answer with 404.
+    """Let an application's pages show the errors of their events and timers, and its other routes refuse with one line.
 
     Paths in what the routes answer are relative to ``folder``.
     """
 
-    def not_found(request: Request, error: Exception) -> Response:
+    def refuse(request: Request, error: Exception) -> Response:
+        if isinstance(error, RequestValidationError):
+            return Response(sentence_of(error), status_code=422, media_type="text/plain")
         return Response(without_folder(error, folder), status_code=404, media_type="text/plain")
 
     app.on_exception(show_error)
-    app.add_exception_handler(TactogramError, not_found)
-    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(TactogramError, refuse)
+    app.add_exception_handler(RequestValidationError, refuse)
     logging.getLogger("nicegui").addFilter(lambda record: not isinstance(record.msg, Exception))
 
 
@@ -177,11 +179,6 @@ def without_folder(error: Exception, folder: Path) -> str:
     """Return the text of an error with paths relative to a folder; an error of the system without its path."""
     text = (error.strerror or "") if isinstance(error, OSError) else str(error)
     return text.replace(f"{folder}/", "").replace(str(folder), ".")
-
-
-def _invalid(request: Request, error: Exception) -> Response:
-    sentence = sentence_of(error) if isinstance(error, RequestValidationError) else str(error)
-    return Response(sentence, status_code=422, media_type="text/plain")
 
 
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:

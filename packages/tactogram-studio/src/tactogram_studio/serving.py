@@ -61,7 +61,7 @@ def studio(
     DataError
         If a certificate cannot be used or created.
     """
-    with _bound_port(port, host, https=https, certificate=certificate, key=key, proxies=proxies) as listening:
+    with _bound_port(host, port, https=https, certificate=certificate, key=key, proxies=proxies) as listening:
         from tactogram_studio.application import serve
         from tactogram_studio.context import Studio
 
@@ -125,7 +125,7 @@ def run_study(
 
     if not Path(study).is_dir():
         Study.load(study, changes=changes)  # a wrong name is reported before a port in use
-    with _bound_port(port, host, https=https, certificate=certificate, key=key, proxies=proxies) as listening:
+    with _bound_port(host, port, https=https, certificate=certificate, key=key, proxies=proxies) as listening:
         from tactogram_studio import application
         from tactogram_studio.context import Studio
         from tactogram_studio.workspace.session_view import address_of
@@ -205,22 +205,14 @@ def _session_folder(
     return folder
 
 
-def _bound_port(
-    port: int,
-    host: str,
-    *,
-    https: bool,
-    certificate: str | None,
-    key: str | None,
-    proxies: tuple[str, ...] | None,
-) -> AbstractContextManager[ListeningPort]:
-    """Return the requested port, bound until the end of the ``with``."""
+def _bound_port(host: str, port: int, **options: Any) -> AbstractContextManager[ListeningPort]:
+    """Return the requested port, bound until the end of the ``with``; arguments are those of `open_port`."""
     from tactogram.extras import imported
 
     imported("nicegui", extra="studio", what="the studio")
     from tactogram_studio.server.listening import open_port
 
-    return open_port(host, port, https=https, certificate=certificate, key=key, proxies=proxies or ())
+    return open_port(host, port, **options)
 
 
 def shown_qr_code(address: str) -> str:

@@ -114,7 +114,7 @@ def open_port(
     https: bool = False,
     certificate: Path | str | None = None,
     key: Path | str | None = None,
-    proxies: tuple[str, ...] = (),
+    proxies: tuple[str, ...] | None = None,
 ) -> Iterator[ListeningPort]:
     """Bind a port of this machine and release it at the end; port 0 lets the system choose.
 
@@ -127,7 +127,7 @@ def open_port(
     """
     if key is not None and certificate is None:
         raise ParameterError("key needs certificate, got only key; give both")
-    for proxy in proxies:
+    for proxy in proxies or ():
         try:
             ipaddress.ip_network(proxy)
         except ValueError:
@@ -138,7 +138,7 @@ def open_port(
         imported("cryptography", extra="studio", what="certificates")
     loaded = None if certificate is None else load_certificate(Path(certificate), Path(key or certificate))
     with _listener(host, port) as listener:
-        yield ListeningPort(listener, host, https or loaded is not None, loaded, proxies)
+        yield ListeningPort(listener, host, https or loaded is not None, loaded, tuple(proxies or ()))
 
 
 def addresses(*, ipv6: bool = False) -> tuple[str, ...]:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Hashable
 from typing import Any
 
@@ -19,33 +17,23 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram_study.participants.server_display import DisplayInUseError
 from tactogram_study.participants.sessions import UnknownSessionError
 
-MOST_KEYS = 10_000
-
 
 class RateLimiter:
-    """At most ``burst`` attempts at once for each key, and one more every ``refill_s``. In memory only."""
+    """At most ``burst`` attempts at once for each of few keys, and one more every ``refill_s``. In memory only."""
 
     def __init__(self, burst: int, refill_s: float, *, clock: Callable[[], float] = time.monotonic) -> None:
         self.burst, self.refill_s = burst, refill_s
         self._clock = clock
-        self._spent: OrderedDict[Hashable, tuple[float, float]] = OrderedDict()
-        self._guard = threading.Lock()
+        self._spent: dict[Hashable, tuple[float, float]] = {}
 
     def spend(self, key: Hashable) -> None:
         """Count an attempt, or raise `RateLimitError` if it comes too early."""
-        with self._guard:
-            used = self._used(key) + 1
-            if used > self.burst:
-                raise RateLimitError((used - self.burst) * self.refill_s)
-            self._spent[key] = (used, self._clock())
-            self._spent.move_to_end(key)
-            if len(self._spent) > MOST_KEYS:
-                self._spent.popitem(last=False)
-
-    def _used(self, key: Hashable) -> float:
-        """Return the attempts that have not been refilled yet."""
-        spent, since = self._spent.get(key, (0.0, 0.0))
-        return max(0.0, spent - (self._clock() - since) / self.refill_s)
+        now = self._clock()
+        spent, since = self._spent.get(key, (0.0, now))
+        used = max(0.0, spent - (now - since) / self.refill_s) + 1
+        if used > self.burst:
+            raise RateLimitError((used - self.burst) * self.refill_s)
+        self._spent[key] = (used, now)
 
 
 CANNOT_PLAY = "this stimulus cannot be played; please call the experimenter"
