@@ -51,8 +51,8 @@ mutants: install ## check that the tests notice known defects of adversarial tra
 	$(BIN)/python tests/mutation/run.py
 	$(BIN)/python tests/mutation/drawn.py --seed $$(date +%j)
 
-fuzz: install ## damage files of every kind for ten minutes, others each day (nightly)
-	$(BIN)/python -m tests.fuzz.readers --minutes 10 --seed $$(date +%j)
+fuzz: install ## damaged files, made-up requests, processes killed as they write: ten minutes each, others each day (nightly)
+	for part in readers routes kills; do $(BIN)/python -m tests.fuzz.$$part --minutes 10 --seed $$(date +%j) || exit 1; done
 
 # The wheels are built from the sdists, which thereby prove to be complete. First the core alone, then all together; never
 # wheels of the same version that uv has kept from before.

@@ -7,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 import scipy
 from numpy.typing import NDArray
-from scipy import fft
 
 from tactogram.errors import ParameterError, UnitError
 from tactogram.signal.signal import Signal
@@ -78,10 +77,10 @@ def dft321(signal: Signal) -> Signal:
     """
     if len(signal.axes) != 3:
         raise ParameterError(f"dft321 needs three axes, got {len(signal.axes)} ({', '.join(signal.axes)})")
-    spectra = fft.rfft(signal.samples.astype(np.float64), axis=1)
+    spectra = scipy.fft.rfft(signal.samples.astype(np.float64), axis=1)
     magnitude = np.sqrt(np.sum(spectra.real**2 + spectra.imag**2, axis=0))
     phase = np.angle(spectra.sum(axis=0))
-    combined = fft.irfft(magnitude * np.exp(1j * phase), n=len(signal))
+    combined = scipy.fft.irfft(magnitude * np.exp(1j * phase), n=len(signal))
     return signal.with_samples(combined, axes=("dft321",))
 
 
@@ -114,8 +113,8 @@ def differentiate(signal: Signal) -> Signal:
     slope = (x[:, -1:] - x[:, :1]) / (n - 1)
     x = x - x[:, :1] - slope * np.arange(n)
     x = np.concatenate([x, -x[:, -2:0:-1]], axis=1)
-    spectrum = fft.rfft(x, axis=1) * 2j * np.pi * fft.rfftfreq(x.shape[1], 1 / signal.rate)
-    y = fft.irfft(spectrum, n=x.shape[1], axis=1)[:, :n] + slope * signal.rate
+    spectrum = scipy.fft.rfft(x, axis=1) * 2j * np.pi * scipy.fft.rfftfreq(x.shape[1], 1 / signal.rate)
+    y = scipy.fft.irfft(spectrum, n=x.shape[1], axis=1)[:, :n] + slope * signal.rate
     return signal.with_samples(y, unit=f"{signal.unit}/s" if signal.unit == "m" else "m/s^2")
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import ArrayLike, NDArray
-from scipy import linalg, special
 
 from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.signal.resampling import resample
@@ -323,7 +323,7 @@ def _solve(u: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64
                     "jg,jg->g", weights[: taps - lag, :reach], weights[lag:, lag : lag + reach]
                 )
     normal += _penalty(size, taps)
-    grid = linalg.solveh_banded(normal, right, lower=True, overwrite_ab=True, overwrite_b=True)
+    grid = scipy.linalg.solveh_banded(normal, right, lower=True, overwrite_ab=True, overwrite_b=True)
     return np.asarray(grid[_HALF_TAPS : _HALF_TAPS + length].T + mean)
 
 
@@ -343,7 +343,7 @@ def _kernel_table() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the kernel at the steps of its table, and the differences between them."""
     distance = np.linspace(0, 1, 4096 + 1) - np.arange(1 - _HALF_TAPS, _HALF_TAPS + 1)[:, None]
     window = np.sqrt(np.maximum(0, 1 - (distance / _HALF_TAPS) ** 2))
-    table = np.sinc(distance) * special.i0(_KAISER_BETA * window) / special.i0(_KAISER_BETA)
+    table = np.sinc(distance) * scipy.special.i0(_KAISER_BETA * window) / scipy.special.i0(_KAISER_BETA)
     return table, np.diff(table, axis=1)
 
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 import numpy as np
-import torch
 
 from tactogram.model import Condition
+
+if TYPE_CHECKING:
+    import torch
 
 
 def child_seed(seed: int, *purpose: str | int) -> int:
@@ -25,6 +28,8 @@ def child_rng(seed: int, *purpose: str | int) -> np.random.Generator:
 
 def child_generator(seed: int, *purpose: str | int) -> torch.Generator:
     """Return torch's generator for one purpose."""
+    import torch
+
     return torch.Generator().manual_seed(child_seed(seed, *purpose))
 
 
@@ -47,6 +52,8 @@ def surface_seed(seed: int, condition: Condition) -> int:
 @contextmanager
 def torch_seeded(seed: int, *purpose: str | int) -> Iterator[None]:
     """Seed torch's global generator (dropout, initial weights), and restore its state afterwards."""
+    import torch
+
     devices = range(torch.cuda.device_count()) if torch.cuda.is_available() else ()
     with torch.random.fork_rng(devices=devices):
         torch.manual_seed(child_seed(seed, *purpose))

@@ -93,7 +93,8 @@ def make_app(
     for name in ("studies.experimenter",) if studio.study_only else PAGES:
         importlib.import_module(f"tactogram_studio.pages.{name}").add(studio)
     add_not_found(navigation=not studio.study_only)
-    show_errors(pages_app)
+    show_errors(pages_app, studio.workspace.folder)
+    _name_nonces()
     ui.run_with(
         app,
         title="tactogram",
@@ -152,9 +153,19 @@ def serve(
     try:
         on_ready()  # the socket listens already
         with suppress(KeyboardInterrupt):  # the usual way to stop it
-            StudioServer(app, context=context).run(sockets=[listening.socket])
+            StudioServer(app, context=context, proxies=listening.proxies).run(sockets=[listening.socket])
     finally:
         studio.sessions.close()
+
+
+def _name_nonces() -> None:
+    """Give NiceGUI's inline scripts the nonce of `RequestGuard`; those in a page's content get none."""
+    from jinja2 import DictLoader
+    from nicegui import client
+
+    source = (Path(client.__file__).parent / "templates" / "index.html").read_text(encoding="utf-8")
+    named = source.replace("<script", '<script nonce="{{ request.state.nonce }}"')
+    client.templates.env.loader = DictLoader({"index.html": named})
 
 
 def _share_memory_between_threads() -> None:

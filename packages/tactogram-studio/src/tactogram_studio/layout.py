@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 from urllib.parse import urlencode
 
 from fastapi.exception_handlers import http_exception_handler
+from fastapi.exceptions import RequestValidationError
 from nicegui import App, Client, app, ui
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -18,6 +21,7 @@ from starlette.responses import Response
 
 from tactogram import workflows
 from tactogram.errors import TactogramError
+from tactogram_study.participants.refusals import sentence_of
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -70,6 +74,11 @@ def address(path: str, **query: object) -> str:
     return f"{path}?{urlencode(stated, safe=':/')}" if stated else path
 
 
+def attribute(value: object) -> str:
+    """Return what stands for a value between double quotes in an element's properties."""
+    return json.dumps(str(value), ensure_ascii=False)[1:-1]
+
+
 def keep_address(path: str, **query: object) -> None:
     """Name what a page shows in its address, where a reload, the way back and other tabs find it."""
     ui.navigate.history.replace(address(path, **query))
@@ -100,7 +109,7 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
     width = "content wide" if wide else "content"
     # Quasar draws the main landmark around it.
     with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
-        ui.element("h1").classes("title").props(f'data-title="{title}"')._text = title
+        ui.element("h1").classes("title").props(f'data-title="{attribute(title)}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch"):
             try:
                 yield dark
@@ -117,7 +126,7 @@ def _appearance() -> ui.dark_mode:
     def choose(name: str) -> None:
         dark.value = APPEARANCES[name][1]
         for other, item in items.items():
-            item.props(f'aria-checked="{str(other == name).lower()}"')
+            item.props["aria-checked"] = str(other == name).lower()
 
     def press(name: str) -> None:
         app.storage.user["appearance"] = name
@@ -149,15 +158,27 @@ def show_error(error: BaseException) -> None:
         LOG.warning("page closed before this error could be shown: %s", text)
 
 
-def show_errors(app: App) -> None:
-    """Let pages of an application show the errors of their events and timers, and its other routes answer with 404."""
+def show_errors(app: App, folder: Path) -> None:
+    """Let an application's pages show the errors of their events and timers, and its other routes refuse with one line.
+
+    Paths in what the routes answer are relative to ``folder``.
+    """
+
+    def refuse(request: Request, error: Exception) -> Response:
+        if isinstance(error, RequestValidationError):
+            return Response(sentence_of(error), status_code=422, media_type="text/plain")
+        return Response(without_folder(error, folder), status_code=404, media_type="text/plain")
+
     app.on_exception(show_error)
-    app.add_exception_handler(TactogramError, _not_found)
+    app.add_exception_handler(TactogramError, refuse)
+    app.add_exception_handler(RequestValidationError, refuse)
     logging.getLogger("nicegui").addFilter(lambda record: not isinstance(record.msg, Exception))
 
 
-def _not_found(request: Request, error: Exception) -> Response:
-    return Response(str(error), status_code=404, media_type="text/plain")
+def without_folder(error: Exception, folder: Path) -> str:
+    """Return the text of an error with paths relative to a folder; an error of the system without its path."""
+    text = (error.strerror or "") if isinstance(error, OSError) else str(error)
+    return text.replace(f"{folder}/", "").replace(str(folder), ".")
 
 
 async def in_background(function: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> T:

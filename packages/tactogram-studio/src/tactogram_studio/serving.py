@@ -28,6 +28,7 @@ def studio(
     https: bool = False,
     certificate: str | None = None,
     key: str | None = None,
+    proxies: tuple[str, ...] | None = None,
     no_open: bool = False,
     show: Printer,
 ) -> None:
@@ -48,6 +49,8 @@ def studio(
         Encrypt with a certificate of your own (a PEM file).
     key : str, optional
         The certificate's key (a PEM file); default in the same file.
+    proxies : tuple of str, optional
+        Addresses or networks of proxies, whose X-Forwarded-For and X-Forwarded-Proto are believed; a token is drawn.
     no_open : bool
         Do not open a browser.
 
@@ -58,7 +61,7 @@ def studio(
     DataError
         If a certificate cannot be used or created.
     """
-    with _bound_port(port, host, https=https, certificate=certificate, key=key) as listening:
+    with _bound_port(host, port, https=https, certificate=certificate, key=key, proxies=proxies) as listening:
         from tactogram_studio.application import serve
         from tactogram_studio.context import Studio
 
@@ -87,6 +90,7 @@ def run_study(
     https: bool = False,
     certificate: str | None = None,
     key: str | None = None,
+    proxies: tuple[str, ...] | None = None,
     no_open: bool = False,
     show: Printer,
 ) -> None:
@@ -109,7 +113,7 @@ def run_study(
         Codes to enrol beforehand; otherwise people get one as they join.
     changes : dict, optional
         Change a value of the study.
-    port, host, https, certificate, key, no_open
+    port, host, https, certificate, key, proxies, no_open
         As of `studio`.
 
     Raises
@@ -121,7 +125,7 @@ def run_study(
 
     if not Path(study).is_dir():
         Study.load(study, changes=changes)  # a wrong name is reported before a port in use
-    with _bound_port(port, host, https=https, certificate=certificate, key=key) as listening:
+    with _bound_port(host, port, https=https, certificate=certificate, key=key, proxies=proxies) as listening:
         from tactogram_studio import application
         from tactogram_studio.context import Studio
         from tactogram_studio.workspace.session_view import address_of
@@ -142,13 +146,13 @@ def run_study(
                 if played_by == "stream":
                     display.lock(driven)
         limited = opened.stimuli.limited()
-        opened.stimuli.start()  # prepared while the first participants read the consent page
         enrolled = {participant.code.casefold() for participant in opened.store.participants()}
         for code in codes:
             if code.casefold() not in enrolled:
                 opened.store.enrol(code)
 
         def ready(server: ServerAnnouncement) -> None:
+            opened.stimuli.start()  # not before: it would slow down the restart that participants wait for
             best, *others = server.roots
             facts: dict[str, Any] = {
                 "experimenter": server.address,
@@ -201,16 +205,14 @@ def _session_folder(
     return folder
 
 
-def _bound_port(
-    port: int, host: str, *, https: bool, certificate: str | None, key: str | None
-) -> AbstractContextManager[ListeningPort]:
-    """Return the requested port, bound until the end of the ``with``."""
+def _bound_port(host: str, port: int, **options: Any) -> AbstractContextManager[ListeningPort]:
+    """Return the requested port, bound until the end of the ``with``; arguments are those of `open_port`."""
     from tactogram.extras import imported
 
     imported("nicegui", extra="studio", what="the studio")
     from tactogram_studio.server.listening import open_port
 
-    return open_port(host, port, https=https, certificate=certificate, key=key)
+    return open_port(host, port, **options)
 
 
 def shown_qr_code(address: str) -> str:

@@ -1,10 +1,6 @@
 """Texts in attributes, and charts."""
 
-from tactogram_studio.kit import attribute, line_chart
-
-
-def test_an_attribute_keeps_no_quotes_backslashes_or_line_breaks():
-    assert attribute('rubber "soft"\nC:\\x') == "rubber 'soft' C:/x"
+from tactogram_studio.kit import line_chart
 
 
 def test_only_positive_values_are_shown_on_a_logarithmic_scale():

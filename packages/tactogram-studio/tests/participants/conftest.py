@@ -62,10 +62,10 @@ def write_study(folder, design="abx", **changes):
 
 
 @contextlib.contextmanager
-def served_here(app, context=None):
+def served_here(app, context=None, **options):
     """Serve an application in a thread, over TLS with a context, and give its address."""
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = StudioServer(app, context=context)
+        server = StudioServer(app, context=context, **options)
         thread = threading.Thread(target=server.run, args=([listener],), daemon=True)
         thread.start()
         yield f"{'http' if context is None else 'https'}://127.0.0.1:{listener.getsockname()[1]}"

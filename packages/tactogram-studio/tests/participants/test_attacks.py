@@ -152,6 +152,24 @@ def test_absolute_request_target_of_another_host(under_attack):
 # Who may ask
 
 
+@pytest.mark.parametrize(
+    ("proxies", "told"),
+    [((), "http 127.0.0.1"), (("192.0.2.1",), "http 127.0.0.1"), (("127.0.0.0/8",), "https 203.0.113.9")],
+)
+def test_an_address_that_a_client_claims(served_here, monkeypatch, proxies, told):
+    async def tell(scope, receive, send):
+        names = [name.decode() for name, _ in scope["headers"] if b"forward" in name.lower()]
+        text = " ".join([scope["scheme"], scope["client"][0], *names])
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send({"type": "http.response.body", "body": text.encode()})
+
+    monkeypatch.setenv("FORWARDED_ALLOW_IPS", "*")
+    claimed = {"proto": "https", "for": "203.0.113.9", "host": "evil.example", "prefix": "//evil.example"}
+    headers = {f"x-forwarded-{name}": value for name, value in claimed.items()}
+    with served_here(RequestGuard(tell, GuardSettings()), proxies=proxies) as address:
+        assert httpx.get(address, headers={**headers, "forwarded": "for=203.0.113.9"}).text == told
+
+
 def test_missing_token(under_attack, serving):
     sessions, session, _, one = under_attack
     with serving(sessions, GuardSettings(loopback=False, token=TOKEN)) as client:

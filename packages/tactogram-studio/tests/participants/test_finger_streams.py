@@ -13,6 +13,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import connect
 
+import tactogram_playback
 from tactogram.rendering.drive.electrovibration import friction
 from tactogram.rendering.families.tablet import directions
 from tactogram.rendering.motion.finger_state import MotionSample
@@ -25,7 +26,6 @@ from tactogram_playback.workflows import session
 from tactogram_studio.server.guard import RequestGuard
 from tactogram_studio.server.guard_rules import GuardSettings
 from tactogram_study.participants.routes import make_participant_app
-from tactogram_study.workflows import streams
 
 CYCLES_PER_MM = 0.5
 
@@ -73,7 +73,7 @@ def outputs(monkeypatch):
         found.append((running.engine.rate, np.concatenate(device.felt)))
         return {"device": {"library": "simulated"}}
 
-    monkeypatch.setattr(streams, "run", run)
+    monkeypatch.setattr(tactogram_playback, "run", run)
     monkeypatch.setattr(session, "REHEARSAL_S", 1.0)
     return found
 

@@ -1,3 +1,4 @@
+import asyncio
 import io
 import json
 import shutil
@@ -5,6 +6,8 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import httpx
 import numpy as np
@@ -14,13 +17,13 @@ from PIL import Image as Pillow
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal.io import read_signal, write_signal
-from tactogram_study.participants import stimulus_routes
+from tactogram_study.participants import routes, stimulus_routes
 from tactogram_study.participants.refusals import NOT_STORED
 from tactogram_study.participants.server_display import ServerDisplay
 from tactogram_study.participants.sessions import SessionRegistry
 from tactogram_study.participants.tickets import load_keys
 from tactogram_study.session import store as session_store
-from tactogram_study.session.participants import CODE
+from tactogram_study.session.participants import CODE, DIGITS, LETTERS, PAIRS
 from tactogram_study.session.store import SessionStore
 from tactogram_study.study_file import Study
 from tactogram_study.workflows.sessions import keep_origin
@@ -211,15 +214,35 @@ def test_people_go_on_by_their_code_on_another_device(tmp_path, opened, person):
     assert len(session.store.participants()) == 1
 
 
-def test_guessing_codes_is_slowed_down(tmp_path, opened, person):
+def test_wrong_codes_are_looked_up_one_after_the_other_and_the_right_one_among_them(
+    tmp_path, opened, person, monkeypatch
+):
     _, session, client = opened(tmp_path)
     one = person(client, session.join_path)
-    found = [client.post(session.join_path, json={"code": f"A{n}A1A1", "language": "en"}) for n in range(10)]
-    assert [answered.status_code for answered in found] == [404] * 8 + [429] * 2
-    assert 1 <= int(found[-1].headers["retry-after"]) <= 20
-    # Who knows a code waits, too: a right one among many guesses is not told apart.
-    assert client.post(session.join_path, json={"code": one.code, "language": "en"}).status_code == 429
-    assert person(client, session.join_path).code
+    waiting, held_up_s = [], []
+
+    async def sleep(seconds):
+        waiting.append(seconds)
+        await asyncio.sleep(0.001)
+        assert len(waiting) == 1  # no other code is looked up meanwhile
+        held_up_s.append(waiting.pop())
+
+    monkeypatch.setattr(routes.anyio, "sleep", sleep)
+    codes = [f"A{n % 10}A1A1" for n in range(70)]
+    codes[35] = codes[69] = one.code
+    with ThreadPoolExecutor(20) as pool:
+        ask = partial(client.post, session.join_path)
+        found = list(pool.map(lambda code: ask(json={"code": code, "language": "en"}), codes))
+    assert [answered.status_code for answered in found] == [
+        200 if code == one.code else 404 for code in codes
+    ]
+    assert held_up_s == [routes.WRONG_CODE_S] * 68
+
+
+def test_a_drawn_code_is_rarely_guessed_in_an_hour():
+    codes = (len(LETTERS) * len(DIGITS)) ** PAIRS
+    assert codes == 1_358_954_496
+    assert 100 * 3600 / routes.WRONG_CODE_S / codes < 0.0014  # of 100 participants
 
 
 def test_a_sound_is_the_drive_and_is_logged_as_played(tmp_path, opened, person):

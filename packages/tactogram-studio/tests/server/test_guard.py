@@ -138,6 +138,29 @@ def test_two_host_headers_are_refused():
     assert ask(headers=[("host", "localhost")])[0] == 400
 
 
+@pytest.mark.parametrize(
+    ("path", "query", "status"),
+    [
+        ("/experiment/a\0b", "", 400),
+        ("/make/photo/a\nb", "", 400),
+        ("/make", "of=a%00b", 400),
+        ("/make", "of=a%0d%0aSet-Cookie:%20x=1", 400),
+        ("/take/\x7f", "", 400),
+        ("/experiment/" + "x" * 256, "", 400),
+        ("/experiment/" + "🙂" * 64, "", 400),
+        ("/experiment/" + "x" * 255, "of=" + "x" * 5000, 200),
+        ("/experiment/\u202egnp.🙂", "of=%E2%80%AE%F0%9F%99%82%ff%zz..%2f", 200),
+    ],
+)
+def test_addresses_that_name_nothing_are_refused_in_one_line(path, query, status):
+    answered = ask(path, query=query)
+    assert answered[0] == status
+    if status == 400:
+        assert re.fullmatch(
+            r"(A name in an|An) address must [\w ,]+(; remove them)?\.", json.loads(answered[2])["error"]
+        )
+
+
 @pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS", "TRACE", "CONNECT"])
 def test_methods_that_nothing_uses_are_refused(method):
     assert ask(method=method)[0] == 405
@@ -307,7 +330,7 @@ def test_an_error_inside_becomes_one_sentence_and_is_logged(caplog):
     status, headers, body = ask("/broken")
     assert status == 500
     assert b"secret" not in body
-    assert headers["content-security-policy"] == STUDIO_POLICY
+    assert "script-src 'self' 'nonce-" in headers["content-security-policy"]
     assert "a secret of the inside" in caplog.text
 
 
@@ -328,6 +351,15 @@ def test_every_answer_says_what_a_browser_may_do_with_it():
     assert (headers["x-content-type-options"], headers["referrer-policy"]) == ("nosniff", "no-referrer")
     assert headers["cache-control"] == "no-store"
     assert "frame-ancestors 'none'" in STUDIO_POLICY
+
+
+def test_an_inline_script_needs_the_nonce_of_its_own_response():
+    policies = [ask()[1]["content-security-policy"] for _ in range(2)]
+    first, second = (re.search(r"'nonce-([\w-]{20,})'", policy)[1] for policy in policies)
+    assert first != second
+    assert policies[0] == STUDIO_POLICY.format(nonce=first)
+    scripts = next(part for part in STUDIO_POLICY.split("; ") if part.startswith("script-src"))
+    assert scripts == "script-src 'self' 'nonce-{nonce}' 'unsafe-eval'"
 
 
 def test_an_answer_s_own_headers_stay():

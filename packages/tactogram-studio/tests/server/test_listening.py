@@ -66,6 +66,17 @@ def test_on_loopback_it_is_reached_from_this_machine_alone():
     assert port.socket.fileno() == -1  # given back
 
 
+def test_behind_a_proxy_loopback_is_reached_from_elsewhere():
+    with open_port(port=0, proxies=("192.0.2.0/24", "::1")) as port:
+        assert (port.loopback, port.proxies) == (False, ("192.0.2.0/24", "::1"))
+    for proxy in ("*", "proxy.example", "192.0.2.1/24"):
+        with (
+            pytest.raises(ParameterError, match="proxies must be addresses"),
+            open_port(port=0, proxies=(proxy,)),
+        ):
+            pass
+
+
 def test_everywhere_others_are_given_numbers_and_this_machine_its_own(listener, lan):
     number = listener.getsockname()[1]
     port = ListeningPort(listener, "0.0.0.0")

@@ -249,5 +249,5 @@ def add_feel_routes(files: WrittenFiles, keys: SessionKeys) -> None:
             file = file_by_ticket(ticket, files, keys)
             clip = await kit.in_background(lambda: sound_of(file.signal()))
         except TactogramError:
-            return Response(status_code=404)
+            return JSONResponse({"error": "no such file"}, 404)
         return range_response(clip.wav, request.headers.get("range"), media_type="audio/wav", headers={})

@@ -3,7 +3,6 @@
 from tactogram_studio.kit.cards import (
     alert as alert,
     ask_title as ask_title,
-    attribute as attribute,
     card as card,
     code as code,
     column as column,
@@ -36,6 +35,7 @@ from tactogram_studio.kit.fields import (
 from tactogram_studio.kit.parameters import ParameterFields as ParameterFields, value_of as value_of
 from tactogram_studio.layout import (
     address as address,
+    attribute as attribute,
     busy as busy,
     call_workflow as call_workflow,
     in_background as in_background,

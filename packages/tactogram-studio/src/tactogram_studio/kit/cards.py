@@ -9,16 +9,12 @@ from typing import Any
 from nicegui import ui
 
 from tactogram.errors import TactogramError
+from tactogram_studio.layout import attribute
 
 INKS = ("#0b5d66", "#b3541e", "#5b4a9e", "#1e6b34", "#a4262c", "#5a6470", "#8a5a00", "#1f5fa8", "#a1267f")
 """Colours of curves; each has a contrast of at least 4.5:1 on white."""
 Cell = str | Callable[[], Any]
 """A text, or what draws the content."""
-
-
-def attribute(text: str) -> str:
-    """Return a text that is safe between double quotes in an element's properties."""
-    return text.replace("\\", "/").replace('"', "'").replace("\n", " ")
 
 
 def heading(text: str) -> ui.label:
@@ -41,7 +37,7 @@ def card(
     """
     with ui.element("section").classes(f"card {classes}") as section:
         if name := title if label is None else label:
-            section.props(f'aria-label="{attribute(name)}"')
+            section.props["aria-label"] = name
         if live:
             section.props('aria-live="polite"')
         if title:
@@ -155,7 +151,8 @@ def ask_title(title: str, most: int, rename: Callable[[str], Any]) -> None:
         dialog.close()
 
     with form_dialog("Rename", "Rename", done) as dialog:
-        field = ui.input("Title", value=title).classes("w-full").props(f"autofocus maxlength={most}")
+        field = ui.input("Title", value=title).classes("w-full").props("autofocus")
+        field.props["maxlength"] = most
         field.on("keydown.enter", done)
 
 

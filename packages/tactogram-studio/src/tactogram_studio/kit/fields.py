@@ -21,8 +21,8 @@ from nicegui.elements.mixins.value_element import ValueElement
 from starlette.datastructures import UploadFile
 
 from tactogram.errors import ParameterError, TactogramError
-from tactogram_studio.kit.cards import attribute, hint
-from tactogram_studio.layout import address, in_background
+from tactogram_studio.kit.cards import hint
+from tactogram_studio.layout import address, attribute, in_background
 from tactogram_studio.server.guard_rules import RECEIVED
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
@@ -140,7 +140,7 @@ class Form:
     def text(self, name: str, label: str, default: str = "", *, hint: str = "", **options: Any) -> ui.input:
         """Draw a field of a text."""
         field = ui.input(label, value=self._value(name, default), **options)
-        return self._bound(field.props(f'hint="{hint}"') if hint else field, name)
+        return self._bound(field.props(f'hint="{attribute(hint)}"') if hint else field, name)
 
     def number(self, name: str, label: str, default: float | None = None, **options: Any) -> NumberField:
         """Draw a field of a number, which may be empty."""
@@ -210,7 +210,7 @@ def file_field(
     """
     field = _upload(take, refused or f"The file must have at most {most_mib} MiB.", most_mib)
     if accept:
-        field.props(f'accept="{",".join(accept)}"')
+        field.props["accept"] = ",".join(accept)
     field.add_slot("header", CHOOSER.format(text=html.escape(text)))
     return field.props("flat bordered").classes("w-full")
 
@@ -220,7 +220,7 @@ def file_button(text: str, take: Take, *, accept: str = "", refused: str = "", m
 
     ``accept`` is as that of an input element. Without a text, there is no button, but that of the page.
     """
-    field = _upload(take, refused, None).classes("hidden").props(f'accept="{attribute(accept)}" {marks}')
+    field = _upload(take, refused, None).classes("hidden").props(f'accept="{attribute(accept)}"').props(marks)
     if text:
         button = ui.button(text).props("outline dense")
         button.on("click", js_handler=f"() => getElement({field.id}).$refs.qRef.pickFiles()")
@@ -317,7 +317,7 @@ def folder_chooser() -> None:
     """Draw the buttons that open a folder or a zip, and the progress, within a drop zone."""
     with ui.row().classes("items-center gap-3"):
         for kind, text in (("folder", "Choose a folder"), ("zip", "Choose a zip file")):
-            ui.button(text).props(f'outline data-receive-choose="{kind}"')
+            ui.button(text).props(f'outline data-receive-choose="{attribute(kind)}"')
         for kind, more in (("folder", "webkitdirectory multiple"), ("zip", 'accept=".zip"')):
             ui.html(FOLDER_INPUT.format(kind, more), sanitize=False)
     receiving_status()

@@ -35,7 +35,7 @@ ACTIVITIES = {"evaluate": "Evaluating", "simulate": "Simulating", "import": "Imp
 def badge(state: str) -> None:
     """Draw a state."""
     shown = ui.badge(state, color=COLOURS[state]).classes("text-sm q-px-sm q-py-xs")
-    shown.props(f'data-state="{state}"')
+    shown.props["data-state"] = state
 
 
 def state_of(summary: RunSummary | None, status: TaskStatus | None) -> str:
@@ -97,7 +97,8 @@ class ProgressRow:
 
     def __init__(self, queue: TaskQueue, *, label: str = "Progress") -> None:
         self._queue = queue
-        self._bar = ui.linear_progress(value=0.0, show_value=False, size="6px").props(f'aria-label="{label}"')
+        self._bar = ui.linear_progress(value=0.0, show_value=False, size="6px")
+        self._bar.props["aria-label"] = label
         self._text = ui.label().classes("small")
 
     def update(self, task: StudioTask, status: TaskStatus) -> None:

@@ -74,15 +74,14 @@ def draw_examples(actions: Mapping[str, Callable[[], object]]) -> None:
         for name, example in EXAMPLES.items():
             with ui.element("div").classes("example"):
                 address = f"/examples/{name}.wav"
-                play = ui.element("button").classes("example-play")
-                play.props(
-                    f'type="button" aria-pressed="false" aria-label="Play: {example.title}" data-player-url="{address}"'
+                play = (
+                    ui.element("button").classes("example-play").props('type="button" aria-pressed="false"')
                 )
+                play.props.update({"aria-label": f"Play: {example.title}", "data-player-url": address})
                 with play:
                     ui.html(_picture(name), sanitize=False)
-                    ui.element("span").classes("example-dot").props(
-                        f'data-player-head="{address}" aria-hidden="true"'
-                    )
+                    dot = ui.element("span").classes("example-dot").props('aria-hidden="true"')
+                    dot.props["data-player-head"] = address
                 with ui.row().classes("items-baseline justify-between w-full no-wrap gap-2"):
                     ui.label(example.title).classes("h2")
                     actions[name]()

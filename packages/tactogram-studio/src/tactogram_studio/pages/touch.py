@@ -23,6 +23,7 @@ from tactogram.text_files import read_json
 from tactogram.validation import validated
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.layout import without_folder
 from tactogram_studio.touch.bundling import element_script
 from tactogram_studio.touch.document import texture_document
 from tactogram_studio.touch.photographs import keep_drawn
@@ -66,6 +67,12 @@ def parse_request(query: Mapping[str, Any]) -> TextureRequest:
 
 
 def _add_routes(studio: Studio, sources: TouchSources) -> None:
+    def respond(made: Callable[[], Response]) -> Response:
+        try:
+            return made()
+        except (TactogramError, OSError) as error:
+            return JSONResponse({"error": without_folder(error, studio.workspace.folder)}, status_code=400)
+
     @app.get("/touch/offers")
     async def offers() -> Response:
         choices = [
@@ -80,7 +87,7 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
             packed = sources.table(parse_request(request.query_params)).packed()
             return Response(packed, media_type="application/octet-stream")
 
-        return await kit.in_background(_response, made)
+        return await kit.in_background(respond, made)
 
     @app.get("/touch/shared")
     async def shared(rows: str) -> Response:
@@ -88,7 +95,7 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
             page = shared_page(rows, sources)
             return _attachment(page.html, page.file_name, "text/html")
 
-        return await kit.in_background(_response, made)
+        return await kit.in_background(respond, made)
 
     @app.get("/touch/texture")
     async def texture(request: Request) -> Response:
@@ -98,7 +105,7 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
             name = f"{safe_name(table.head['name'])}.json"
             return _attachment(texture_document(table, picture_of(sources, wanted)), name, "application/json")
 
-        return await kit.in_background(_response, made)
+        return await kit.in_background(respond, made)
 
     @app.get("/touch/tactogram.js")
     def script() -> Response:
@@ -110,19 +117,12 @@ def _add_routes(studio: Studio, sources: TouchSources) -> None:
             shown = picture_of(sources, parse_request(request.query_params))
             return Response(shown.webp, media_type="image/webp", headers=shown.headers())
 
-        return await kit.in_background(_response, made)
+        return await kit.in_background(respond, made)
 
 
 def _attachment(content: str, name: str, media_type: str) -> Response:
     headers = {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"}
     return Response(content, media_type=media_type, headers=headers)
-
-
-def _response(respond: Callable[[], Response]) -> Response:
-    try:
-        return respond()
-    except (TactogramError, OSError) as error:
-        return JSONResponse({"error": str(error)}, status_code=400)
 
 
 def _waiting(studio: Studio) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import asyncio
 import html
 import logging
+import secrets
 from urllib.parse import quote
 
 from starlette.datastructures import MutableHeaders
@@ -38,11 +39,12 @@ PARTICIPANT_POLICY = (
 )
 """Content policy of participants' pages: only this server's own files, no inline scripts or styles."""
 STUDIO_POLICY = (
-    "default-src 'self'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "default-src 'self'; script-src 'self' 'nonce-{nonce}' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' blob: data:; media-src 'self' blob: data:; font-src 'self' data:; connect-src 'self' blob: data:; "
     "worker-src 'self' blob:; object-src 'none'; base-uri 'self'; form-action 'self'; frame-ancestors 'none'"
 )
-"""Content policy of all other pages. NiceGUI writes inline scripts and styles and compiles templates."""
+"""Content policy of all other pages. NiceGUI compiles templates, evaluates what the server sends, and writes inline
+styles; of inline scripts only its own run, which carry the response's nonce."""
 REPORT_POLICY = (
     "sandbox; default-src 'none'; img-src 'self' data:; media-src data:; style-src 'unsafe-inline'; font-src data:; "
     "frame-ancestors 'self'"
@@ -72,7 +74,10 @@ class RequestGuard:
         self.app, self.settings = app, settings
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Let a connection through, or refuse it."""
+        """Let a connection through, or refuse it; what a client says of a proxy's address or path is dropped."""
+        if scope["type"] != "lifespan":
+            headers = [entry for entry in scope["headers"] if b"forwarded" not in entry[0].lower()]
+            scope = {**scope, "headers": headers}
         if scope["type"] == "http":
             await self._http(scope, receive, send)
         elif scope["type"] == "websocket":
@@ -175,9 +180,13 @@ class _GuardedResponse:
 
 
 def _with_default_headers(scope: Scope, send: Send) -> Send:
-    """Return ``send`` with security headers, except where a response sets its own."""
+    """Return ``send`` with security headers, except where a response sets its own.
+
+    The nonce for inline scripts is in the request's state, where the page's template finds it.
+    """
     participants = str(scope["path"]).startswith(PARTICIPANTS)
-    policy = PARTICIPANT_POLICY if participants else STUDIO_POLICY
+    nonce = scope.setdefault("state", {})["nonce"] = secrets.token_urlsafe(16)
+    policy = PARTICIPANT_POLICY if participants else STUDIO_POLICY.format(nonce=nonce)
 
     async def send_with_headers(message: Message) -> None:
         if message["type"] == "http.response.start":

@@ -12,7 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
-from urllib.parse import parse_qsl, quote, urlencode, urlsplit
+from urllib.parse import parse_qsl, quote, unquote, urlencode, urlsplit
 
 from starlette.datastructures import Headers
 from starlette.requests import cookie_parser
@@ -32,6 +32,9 @@ strict policy."""
 RECEIVED = "/materials/received"
 """Path that takes folders of recordings."""
 
+LONGEST_NAME = 255
+"""Bytes of a name in a path, as in most file systems."""
+_CONTROL = re.compile(r"[\0-\x1f\x7f\ud800-\udfff]")
 _HOST = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+)(?::([0-9]{1,5}))?")
 _OTHER_SITE = "This request comes from a page of another site; open the page here and do it there."
 
@@ -99,6 +102,7 @@ def refusal(scope: Scope, settings: GuardSettings) -> Refusal | None:
     return (
         _foreign_host(scope, settings)
         or _wrong_method(scope)
+        or _wrong_address(scope)
         or _foreign_origin(scope)
         or _too_long(scope, settings)
     )
@@ -127,6 +131,16 @@ def _wrong_method(scope: Scope) -> Refusal | None:
         return Refusal(
             405, f"The method must be one of {', '.join(METHODS)}, got {str(scope['method'])[:20]}."
         )
+    return None
+
+
+def _wrong_address(scope: Scope) -> Refusal | None:
+    """Refuse characters and lengths that no name of a file, study or page has; routes need not expect them."""
+    path, query = str(scope["path"]), scope.get("query_string", b"").decode("latin-1")
+    if _CONTROL.search(path + unquote(query)):
+        return Refusal(400, "An address must not hold control characters; remove them.")
+    if (longest := max(len(part.encode(errors="replace")) for part in path.split("/"))) > LONGEST_NAME:
+        return Refusal(400, f"A name in an address must have at most {LONGEST_NAME} bytes, got {longest}.")
     return None
 
 

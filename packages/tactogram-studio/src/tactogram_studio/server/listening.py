@@ -40,12 +40,16 @@ IDLE_S = 65
 
 @dataclass(frozen=True)
 class ListeningPort:
-    """A bound port of the ``host`` that the user chose; `with_certificate` adds a certificate for ``https``."""
+    """A bound port of the ``host`` that the user chose; `with_certificate` adds a certificate for ``https``.
+
+    Of ``proxies``, addresses or networks, the headers that name a client's address and scheme are believed.
+    """
 
     socket: socket.socket
     host: str = "127.0.0.1"
     https: bool = False
     certificate: Certificate | None = None
+    proxies: tuple[str, ...] = ()
 
     @property
     def port(self) -> int:
@@ -54,8 +58,8 @@ class ListeningPort:
 
     @property
     def loopback(self) -> bool:
-        """Whether only this machine can connect."""
-        return is_loopback(self.host)
+        """Whether only this machine can connect; a proxy connects for others."""
+        return is_loopback(self.host) and not self.proxies
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -110,6 +114,7 @@ def open_port(
     https: bool = False,
     certificate: Path | str | None = None,
     key: Path | str | None = None,
+    proxies: tuple[str, ...] | None = None,
 ) -> Iterator[ListeningPort]:
     """Bind a port of this machine and release it at the end; port 0 lets the system choose.
 
@@ -117,16 +122,23 @@ def open_port(
     default its key is in the same file.
 
     Raises `DeviceError` if the port is taken, or the host is not this machine's or cannot be reached from others;
-    `ParameterError` if ``host`` or ``port`` is invalid, or a key comes without a certificate; `DataError` if
+    `ParameterError` if ``host``, ``port`` or ``proxies`` are invalid, or a key has no certificate; `DataError` if
     certificate and key cannot be used.
     """
     if key is not None and certificate is None:
         raise ParameterError("key needs certificate, got only key; give both")
+    for proxy in proxies or ():
+        try:
+            ipaddress.ip_network(proxy)
+        except ValueError:
+            raise ParameterError.must(
+                "proxies", "be addresses or networks, such as 192.0.2.7", proxy
+            ) from None
     if https:  # before anything starts
         imported("cryptography", extra="studio", what="certificates")
     loaded = None if certificate is None else load_certificate(Path(certificate), Path(key or certificate))
     with _listener(host, port) as listener:
-        yield ListeningPort(listener, host, https or loaded is not None, loaded)
+        yield ListeningPort(listener, host, https or loaded is not None, loaded, tuple(proxies or ()))
 
 
 def addresses(*, ipv6: bool = False) -> tuple[str, ...]:
@@ -257,14 +269,26 @@ class Websocket(WebSocketsSansIOProtocol):
 
 
 class StudioServer(uvicorn.Server):
-    """uvicorn over TLS with a context, which ends without waiting for clients; ``options`` as of `uvicorn.Config`."""
+    """uvicorn over TLS with a context, which ends without waiting for clients; ``options`` as of `uvicorn.Config`.
 
-    def __init__(self, app: Any, *, context: ssl.SSLContext | None = None, **options: Any) -> None:
+    Headers that state another address or scheme are believed of ``proxies`` only, whatever FORWARDED_ALLOW_IPS says.
+    """
+
+    def __init__(
+        self,
+        app: Any,
+        *,
+        context: ssl.SSLContext | None = None,
+        proxies: tuple[str, ...] = (),
+        **options: Any,
+    ) -> None:
         config = uvicorn.Config(
             app,
             log_level="critical",  # the guard logs errors; uvicorn those, too, of requests that it cancels at the end
             access_log=False,  # addresses hold tickets and the token
             server_header=False,
+            proxy_headers=bool(proxies),
+            forwarded_allow_ips=list(proxies),
             http="h11",  # httptools accepts headers of any length
             ws=Websocket,
             ws_max_size=MOST_MESSAGE_BYTES,

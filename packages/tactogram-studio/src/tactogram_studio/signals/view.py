@@ -203,17 +203,17 @@ def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str
     if shown.traits.domain != "time":
         level += f", played at {PLAYBACK_MM_S:g} mm/s"
     with ui.row().classes("items-center gap-2 no-wrap"):
-        button = ui.element("button").classes("player")
-        button.props(
-            f'type="button" aria-pressed="false" aria-label="Play {kit.attribute(title)}" data-player-url="{address}"'
-        )
+        button = ui.element("button").classes("player").props('type="button" aria-pressed="false"')
+        button.props.update({"aria-label": f"Play {title}", "data-player-url": address})
         if key:
-            button.props(f'data-player-key="{key}" aria-keyshortcuts="{key}"')
+            button.props.update({"data-player-key": key, "aria-keyshortcuts": key})
         kit.hint(level)
         if not shown.traits.felt:
             ui.label(shown.traits.note.partition(":")[0].lower()).classes("small text-negative")
-        ui.element("span").classes("small quiet").props(f'data-player-status="{address}" data-unit="{unit}"')
-    ui.element("div").classes("playhead").props(f'data-player-head="{address}" aria-hidden="true"')
+        status = ui.element("span").classes("small quiet")
+        status.props.update({"data-player-status": address, "data-unit": unit})
+    head = ui.element("div").classes("playhead").props('aria-hidden="true"')
+    head.props["data-player-head"] = address
 
 
 def load_player() -> None:
@@ -249,9 +249,8 @@ def _spectrogram(shown: ShownSignal, scales: SharedScales, *, title: str) -> Non
     with ui.element("div").classes("spectrogram"):
         kit.hint(f"{scales.top_hz:.4g} {unit}").classes("top")
         kit.hint("0").classes("bottom")
-        picture = ui.element("img").props(
-            f'src="/signals/{shown.key}/spectrogram.png?{query}" alt="Spectrogram of {kit.attribute(title)}, 0 to '
-            f'{scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"'
-        )
-        picture.classes("w-full")
+        picture = ui.element("img").classes("w-full")
+        picture.props["src"] = f"/signals/{shown.key}/spectrogram.png?{query}"
+        extent = f"0 to {scales.top_hz:.4g} {unit}, brightest {scales.top_db:.0f} dB re 1 unit"
+        picture.props["alt"] = f"Spectrogram of {title}, {extent}"
     draw_scale(scales.top_db, unit_text(shown.traits.unit))

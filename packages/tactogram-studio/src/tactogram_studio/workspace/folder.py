@@ -75,11 +75,11 @@ class Workspace:
         `name_of`).
         """
         text = os.fspath(path)
-        if "\0" in text:
-            raise ParameterError("a path must not contain a NUL character")
+        if "\0" in text or any(len(os.fsencode(part)) > 255 for part in text.split("/")):
+            raise ParameterError("a path must not hold a NUL character, or a name of more than 255 bytes")
         whole = (self.folder / text).resolve()
         if not whole.is_relative_to(self.folder):
-            raise ParameterError(f"{text[:200]}: lies outside of the workspace {self.folder}")
+            raise ParameterError(f"{text[:200]}: lies outside of the workspace")
         if REPLACEMENT in text and not whole.exists():
             raise ParameterError(
                 f"{text[:200]}: this name is not UTF-8 on the disk; rename the file or folder"

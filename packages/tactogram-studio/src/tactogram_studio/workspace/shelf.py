@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from tactogram.datasets import open_store
+from tactogram import datasets
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_metadata, read_signal, write_image, write_signal, write_text
@@ -195,7 +195,7 @@ class SignalSources:
 
     def recordings(self, store: str) -> dict[str, str]:
         """Return the recordings of a data set."""
-        opened = open_store(self.workspace.inside(store))
+        opened = datasets.open_store(self.workspace.inside(store))
         return {
             f"recording:{store}#{info.id}": " · ".join(
                 str(part) for part in (info.material, info.contactor, info.id[:12]) if part
@@ -224,7 +224,7 @@ class SignalSources:
         raise ParameterError(f"choose a kept result, a file or a recording; got {identifier[:60]!r}")
 
     def _recording(self, identifier: str, store_name: str, recording: str) -> SelectedSignal:
-        store = open_store(self.workspace.inside(store_name))
+        store = datasets.open_store(self.workspace.inside(store_name))
         if recording not in store:
             raise DataError(f"{store_name} has no recording {recording[:60]!r}")
         info = store.info(recording)

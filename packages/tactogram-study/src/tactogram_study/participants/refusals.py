@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Coroutine, Hashable
 from typing import Any
 
@@ -19,35 +17,23 @@ from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram_study.participants.server_display import DisplayInUseError
 from tactogram_study.participants.sessions import UnknownSessionError
 
-MOST_KEYS = 10_000
-
 
 class RateLimiter:
-    """At most ``burst`` attempts at once for each key, and one more every ``refill_s``. In memory only."""
+    """At most ``burst`` attempts at once for each of few keys, and one more every ``refill_s``. In memory only."""
 
     def __init__(self, burst: int, refill_s: float, *, clock: Callable[[], float] = time.monotonic) -> None:
         self.burst, self.refill_s = burst, refill_s
         self._clock = clock
-        self._spent: OrderedDict[Hashable, tuple[float, float]] = OrderedDict()
-        self._guard = threading.Lock()
-
-    def wait_s(self, key: Hashable) -> float:
-        """Return the seconds until the next attempt is allowed; 0 is now."""
-        with self._guard:
-            return max(0.0, (self._used(key) + 1 - self.burst) * self.refill_s)
+        self._spent: dict[Hashable, tuple[float, float]] = {}
 
     def spend(self, key: Hashable) -> None:
-        """Count an attempt."""
-        with self._guard:
-            self._spent[key] = (self._used(key) + 1, self._clock())
-            self._spent.move_to_end(key)
-            if len(self._spent) > MOST_KEYS:
-                self._spent.popitem(last=False)
-
-    def _used(self, key: Hashable) -> float:
-        """Return the attempts that have not been refilled yet."""
-        spent, since = self._spent.get(key, (0.0, 0.0))
-        return max(0.0, spent - (self._clock() - since) / self.refill_s)
+        """Count an attempt, or raise `RateLimitError` if it comes too early."""
+        now = self._clock()
+        spent, since = self._spent.get(key, (0.0, now))
+        used = max(0.0, spent - (now - since) / self.refill_s) + 1
+        if used > self.burst:
+            raise RateLimitError((used - self.burst) * self.refill_s)
+        self._spent[key] = (used, now)
 
 
 CANNOT_PLAY = "this stimulus cannot be played; please call the experimenter"
@@ -92,13 +78,6 @@ def status_of(error: TactogramError) -> int:
     return next((status for kind, status in STATUS if isinstance(error, kind)), 503)
 
 
-def spend(limiter: RateLimiter, key: object) -> None:
-    """Count an attempt, or raise `RateLimitError`."""
-    if wait_s := limiter.wait_s(key):
-        raise RateLimitError(wait_s)
-    limiter.spend(key)
-
-
 class SentenceRoute(APIRoute):
     """A route whose errors are one sentence in JSON, and which accepts JSON bodies only."""
 
@@ -113,7 +92,7 @@ class SentenceRoute(APIRoute):
             try:
                 return await handler(request)
             except RequestValidationError as error:
-                return _refused(400, _sentence(error))
+                return _refused(400, sentence_of(error))
             except HTTPException as error:
                 return _refused(
                     error.status_code, "a body must be JSON of ordinary size and depth; send it again"
@@ -142,7 +121,8 @@ def _refused(status: int, sentence: str, headers: dict[str, str] | None = None) 
     return Response(body, status, headers=headers, media_type="application/json")
 
 
-def _sentence(error: RequestValidationError) -> str:
+def sentence_of(error: RequestValidationError) -> str:
+    """Return what is wrong with the first invalid value of a request."""
     first = error.errors()[0]
     field = ".".join(str(part)[:40] for part in first["loc"] if part != "body")
     return f"{field or 'body'}: {first['msg']}"

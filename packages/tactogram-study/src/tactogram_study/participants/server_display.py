@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
+import tactogram_playback as playback
 from tactogram.errors import ParameterError, TactogramError
 from tactogram.rendering import Display, carrier_of
 from tactogram.signal import Signal
-from tactogram_playback import Backend, CarrierTracking, Playback, full_scale_of
 from tactogram_study.workflows.streams import FingerStream
 
 PATIENCE_S = 2.0
@@ -38,7 +38,7 @@ class ServerDisplay:
     device: str = "audio"
     full_scale: float | None = None
     track: Mapping[str, Any] | None = None
-    _trackings: dict[str, CarrierTracking] = field(default_factory=dict, repr=False)
+    _trackings: dict[str, playback.CarrierTracking] = field(default_factory=dict, repr=False)
     _turn: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _guard: threading.Lock = field(default_factory=threading.Lock, repr=False)
     _owner: str = field(default="", repr=False)
@@ -49,7 +49,7 @@ class ServerDisplay:
         if streams:
             self._backend(display)
             return
-        full_scale_of(display, self.device.partition(":")[0], self.full_scale)
+        playback.full_scale_of(display, self.device.partition(":")[0], self.full_scale)
 
     def play(self, owner: str, drive: Signal, display: Display) -> dict[str, Any]:
         """Play a drive to its end and return `Playback.facts`; stops the owner's previous one first.
@@ -61,7 +61,9 @@ class ServerDisplay:
         TactogramError
             If the drive cannot be played, or the device does not respond.
         """
-        playing = Playback(drive, display, device=self.device, strength=1.0, full_scale=self.full_scale)
+        playing = playback.Playback(
+            drive, display, device=self.device, strength=1.0, full_scale=self.full_scale
+        )
         with self._taken(owner, playing):
             return playing.run()
 
@@ -86,18 +88,20 @@ class ServerDisplay:
             with tracking.generator():
                 pass
 
-    def _backend(self, display: Display) -> Backend:
+    def _backend(self, display: Display) -> playback.Backend:
         tracking = None
         if self.track is not None:
             kind, _, serial = self.device.partition(":")
             if kind != "digilent":
                 raise ParameterError(f"the carrier of a Digilent is tracked, got the device {self.device}")
             if display.name not in self._trackings:
-                self._trackings[display.name] = CarrierTracking(
+                self._trackings[display.name] = playback.CarrierTracking(
                     carrier_of(display), self.track, serial=serial
                 )
             tracking = self._trackings[display.name]
-        return Backend.for_display(self.device, display, full_scale=self.full_scale, tracking=tracking)
+        return playback.Backend.for_display(
+            self.device, display, full_scale=self.full_scale, tracking=tracking
+        )
 
     @contextmanager
     def _taken(self, owner: str, playing: _Stoppable) -> Iterator[None]:

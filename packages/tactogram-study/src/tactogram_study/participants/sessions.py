@@ -30,6 +30,8 @@ from tactogram_study.workflows.studies import study_folder
 MOST_ATTEMPTS = 1000
 """Attempts to join that are remembered, so that a double click makes one participant."""
 MOST_PREVIEWS = 4
+MOST_MAKING = 8
+"""Requests for a stimulus at a time."""
 PREVIEW = "PREVIEW1"
 """Code of the participant of a preview."""
 NO_TICKET = "this link does not belong to any participant; ask the experimenter for a new one"
@@ -61,6 +63,7 @@ class OpenSession:
         self.store.is_simulated, self.store.limited = self.stimuli.is_simulated, self.stimuli.limited
         # A thread of its own: answers are stored even while all others are busy.
         self.writing = CapacityLimiter(1)
+        self.guessing = CapacityLimiter(1)
         self._codes: dict[bytes, str] = {}
         self._attempts: OrderedDict[str, str] = OrderedDict()
         self._joining = threading.Lock()
@@ -146,6 +149,8 @@ class SessionRegistry:
     ) -> None:
         self.workspace = None if workspace is None else workspace.resolve()
         self.display = ServerDisplay(device, full_scale)
+        # Few of the server's threads: whoever waits for a stimulus holds up nobody else's page.
+        self.making = CapacityLimiter(MOST_MAKING)
         # Replaced, never changed: readers need no lock.
         self._open: dict[Path, OpenSession] = {}
         self._previews: list[Path] = []
@@ -266,5 +271,5 @@ class SessionRegistry:
     def _inside(self, path: Path) -> Path:
         whole = path.resolve() if self.workspace is None else (self.workspace / path).resolve()
         if self.workspace is not None and not whole.is_relative_to(self.workspace):
-            raise ParameterError(f"{str(path)[:200]}: lies outside of the workspace {self.workspace}")
+            raise ParameterError(f"{str(path)[:200]}: lies outside of the workspace")
         return whole

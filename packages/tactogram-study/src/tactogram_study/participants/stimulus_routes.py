@@ -56,7 +56,7 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
     )
     async def sound(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
         """Return the sound of a slot of the current page, and log it as played."""
-        result = await anyio.to_thread.run_sync(sound_of, ticket, token, slot)
+        result = await anyio.to_thread.run_sync(sound_of, ticket, token, slot, limiter=sessions.making)
         session, code, wav, played = result
         await anyio.to_thread.run_sync(
             log_slot_played, session, code, token, slot, played, limiter=session.writing
@@ -73,8 +73,11 @@ def add_stimulus_routes(router: APIRouter, sessions: SessionRegistry) -> None:
             return session, code, wav_bytes(drive), played
 
     @router.get("/take/{ticket}/image", response_class=Response, responses=_file("image/png", "a picture"))
-    def image(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
+    async def image(ticket: str, token: Annotated[PageToken, Query()], slot: SlotName = "") -> Response:
         """Return the picture of a slot of the current page."""
+        return await anyio.to_thread.run_sync(image_of, ticket, token, slot, limiter=sessions.making)
+
+    def image_of(ticket: str, token: str, slot: str) -> Response:
         session, _, page = current_page(sessions, ticket, token, slot)
         stimulus = page.slot(slot).stimulus
         if stimulus is None or not stimulus.is_seen:

@@ -19,7 +19,7 @@ from pathlib import Path
 from tactogram.errors import DataError
 from tactogram.signal.io import atomic_write
 from tactogram.text_files import read_json
-from tactogram_study.session.participants import DIGITS, LETTERS
+from tactogram_study.session.participants import DIGITS, LETTERS, PAIRS
 
 FILE = "keys.json"
 TICKET_BYTES = 24
@@ -42,7 +42,7 @@ class SessionKeys:
     def code(self, attempt: str, count: int = 0) -> str:
         """Return the ``count``-th code for an attempt to join, the same whenever it is sent."""
         drawn = self._mac(f"code {count}", attempt)
-        pairs = [(drawn[2 * i] % len(LETTERS), drawn[2 * i + 1] % len(DIGITS)) for i in range(3)]
+        pairs = [(drawn[2 * i] % len(LETTERS), drawn[2 * i + 1] % len(DIGITS)) for i in range(PAIRS)]
         return "".join(LETTERS[letter] + DIGITS[digit] for letter, digit in pairs)
 
     def _mac(self, purpose: str, text: str) -> bytes:

@@ -19,6 +19,8 @@ CODE = re.compile(r"(?=.*[0-9])[A-Za-z0-9]{2,16}")
 """Letters and digits, as BIDS requires, with at least one digit, so that it is no name."""
 LETTERS = "ABCDEFGHJKLMNPQRSTUVWXYZ"
 DIGITS = "23456789"
+PAIRS = 4
+"""Letters with a digit each in a drawn code: 30 bits."""
 ENDED = "the study was ended by the experimenter"
 _SELECT = "SELECT code, number, language, simulated, session, status FROM participants"
 
@@ -226,8 +228,8 @@ def checked_code(code: str) -> str:
 
 
 def drawn_code() -> str:
-    """Return a code that is easy to read and type and hard to guess: three times a letter and a digit."""
-    return "".join(secrets.choice(LETTERS) + secrets.choice(DIGITS) for _ in range(3))
+    """Return a code that is easy to read and type and hard to guess: letters and digits in turn."""
+    return "".join(secrets.choice(LETTERS) + secrets.choice(DIGITS) for _ in range(PAIRS))
 
 
 def last_played(rows: sqlite3.Connection, participant: Participant, token: str) -> dict[str, str]:

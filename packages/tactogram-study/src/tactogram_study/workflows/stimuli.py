@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import tactogram_playback as playback
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.models import shipped_run
 from tactogram.rendering import Display, Drive, Level, display_family, fit, open_display, parse_level, shipped
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_image, read_image_metadata, read_metadata, read_signal
-from tactogram_playback import StreamingTexture, TextureSettings, check_streams, live_texture
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.study_file import Study
 from tactogram_study.trials import PresentedStimulus
@@ -209,7 +209,7 @@ class StudyStimuli:
 
     def _check_display(self, display: Display) -> None:
         if self.study.played_by == "stream":
-            check_streams(display)
+            playback.check_streams(display)
         elif self.study.played_by == "browser":
             check_browser(display)
 
@@ -243,13 +243,15 @@ class StudyStimuli:
         stream = self._streams[key].stronger(gain_db - fitted_db)
         return SlotPlayback(None, stream.sha256, text, display.name, gain_db, stream)
 
-    def _texture_of_run(self, stimulus: Stimulus, settings: TextureSettings) -> StreamingTexture | None:
+    def _texture_of_run(
+        self, stimulus: Stimulus, settings: playback.TextureSettings
+    ) -> playback.StreamingTexture | None:
         """Return a texture over speed and force; None if there is only a signal to lay out."""
         if not stimulus.run:
             return None
         with _named(stimulus):
             run = self._loaded(stimulus.run)
-            return live_texture(run, stimulus.name, self._condition(stimulus, run), settings)
+            return playback.live_texture(run, stimulus.name, self._condition(stimulus, run), settings)
 
     def _make_signal(self, stimulus: Stimulus) -> Signal:
         if stimulus.run:

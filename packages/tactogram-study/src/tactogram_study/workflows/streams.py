@@ -17,25 +17,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import tactogram_playback as playback
 from tactogram.errors import ParameterError
 from tactogram.rendering import Display, Level, MotionSample, MotionSettings, display_family, without_constant
 from tactogram.signal import Signal
-from tactogram_playback import (
-    LONGEST_BLOCK_S,
-    Backend,
-    Clock,
-    ContactSettings,
-    DisplayOutput,
-    Engine,
-    Stream,
-    StreamingTexture,
-    SurfaceTexture,
-    TextureSettings,
-    check_streams,
-    rehearsal,
-    run,
-    surface_of,
-)
 
 FORCE_N = 0.5
 """Force of a finger that touches the page, N: a screen reports contact only. Our choice."""
@@ -45,8 +30,6 @@ WAITING = 1024
 """Most positions between two blocks; the oldest are dropped beyond that."""
 ON_A_PAGE = MotionSettings(late_s=0.05)
 """A page sends positions once per frame, and over a wireless network: up to 50 ms late they are still used."""
-QUIET = ContactSettings(gain=0.0)
-"""No transients of landings: they are no part of a stimulus."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +39,8 @@ class StimulusStream:
     ``sha256`` is that of the rehearsal (the texture under a simulated hand, seeded), or of the surface itself.
     """
 
-    texture: StreamingTexture
-    output: DisplayOutput
+    texture: playback.StreamingTexture
+    output: playback.DisplayOutput
     sha256: str
     weight: float = 1.0
 
@@ -66,33 +49,45 @@ class StimulusStream:
         return replace(self, weight=self.weight * 10 ** (gain_db / 10))
 
 
-def texture_settings(display: Display, axes: str, *, seed: int = 0) -> TextureSettings:
+def texture_settings(display: Display, axes: str, *, seed: int = 0) -> playback.TextureSettings:
     """Return the settings of textures for a display; raises `ParameterError` if it cannot be streamed to."""
-    check_streams(display)
-    return TextureSettings(
-        display.rate, max(1, int(LONGEST_BLOCK_S * display.rate + 1e-9)), axes or display.axes, seed=seed
+    playback.check_streams(display)
+    return playback.TextureSettings(
+        display.rate,
+        max(1, int(playback.LONGEST_BLOCK_S * display.rate + 1e-9)),
+        axes or display.axes,
+        seed=seed,
     )
 
 
 def texture_of_signal(
-    name: str, signal: Signal, settings: TextureSettings, speed_mm_s: float | None
-) -> StreamingTexture:
+    name: str, signal: Signal, settings: playback.TextureSettings, speed_mm_s: float | None
+) -> playback.StreamingTexture:
     """Return a signal as a surface: over displacement along x, where it has its place; over time along the path."""
     signal, _ = without_constant(signal)
     along = replace(settings, along="x" if signal.domain == "displacement" else "path")
-    return surface_of(name, signal, along, speed_mm_s)
+    return playback.surface_of(name, signal, along, speed_mm_s)
 
 
-def stimulus_stream(texture: StreamingTexture, display: Display, level: Level, most: int) -> StimulusStream:
+def stimulus_stream(
+    texture: playback.StreamingTexture, display: Display, level: Level, most: int
+) -> StimulusStream:
     """Fit a texture to a display, as `tactogram stream` does: the level comes from a rehearsal."""
     if display_family(display.family).stream_surface is not None:
-        if not isinstance(texture, SurfaceTexture):
+        if not isinstance(texture, playback.SurfaceTexture):
             raise ParameterError(
                 f"{display.name}: streams a surface, a friction coefficient over displacement; got a vibration"
             )
-        return StimulusStream(texture, DisplayOutput(display, texture, level=level), texture.signal.sha256)
-    rehearsed = rehearsal([texture], rate=display.rate, most=most, seed=0, contact=QUIET)
-    return StimulusStream(texture, DisplayOutput(display, rehearsed, level=level), rehearsed.sha256)
+        return StimulusStream(
+            texture, playback.DisplayOutput(display, texture, level=level), texture.signal.sha256
+        )
+    rehearsed = playback.rehearsal([texture], rate=display.rate, most=most, seed=0, contact=_quiet())
+    return StimulusStream(texture, playback.DisplayOutput(display, rehearsed, level=level), rehearsed.sha256)
+
+
+def _quiet() -> playback.ContactSettings:
+    """Return contact without transients of landings: they are no part of a stimulus."""
+    return playback.ContactSettings(gain=0.0)
 
 
 class PageMotion:
@@ -100,7 +95,7 @@ class PageMotion:
 
     name, simulated = "page", False
 
-    def __init__(self, clock: Clock) -> None:
+    def __init__(self, clock: playback.Clock) -> None:
         self._clock = clock
         self._waiting: deque[tuple[float, Sequence[float]]] = deque(maxlen=WAITING)
 
@@ -133,7 +128,7 @@ class FingerStream:
     def __init__(
         self, stimulus: StimulusStream, *, silent: bool = False, landed_s: float | None = None
     ) -> None:
-        self._clock = Clock()
+        self._clock = playback.Clock()
         self._silent = silent
         self._landed_s = time.perf_counter() if landed_s is None else landed_s
         self._begin_s: float | None = None
@@ -142,16 +137,16 @@ class FingerStream:
         # Copied: filters and guard begin at rest, and the prepared stimulus stays as it is.
         output = copy.deepcopy(stimulus.output)
         rate, texture = output.display.rate, stimulus.texture
-        engine = Engine(
+        engine = playback.Engine(
             [texture],
             self.motion,
             rate=rate,
-            most=max(1, int(LONGEST_BLOCK_S * rate + 1e-9)),
+            most=max(1, int(playback.LONGEST_BLOCK_S * rate + 1e-9)),
             weights={texture.name: stimulus.weight},
             settings=ON_A_PAGE,
-            contact=QUIET,
+            contact=_quiet(),
         )
-        self.stream = Stream(engine, output, on_block=self._on_block)
+        self.stream = playback.Stream(engine, output, on_block=self._on_block)
         self.stream.warm_up()
 
     def add(self, samples: Sequence[Sequence[float]]) -> None:
@@ -159,14 +154,14 @@ class FingerStream:
         if not self._silent:
             self.motion.add(samples)
 
-    def run(self, backend: Backend, *, began: Callable[[], None] = lambda: None) -> dict[str, Any]:
+    def run(self, backend: playback.Backend, *, began: Callable[[], None] = lambda: None) -> dict[str, Any]:
         """Stream until stopped, and return the facts for the session's log; ``began`` is called with the first block.
 
         Raises `TactogramError` if the device is missing or fails, or the stream had an error; the display is at rest
         then.
         """
         self._began = began
-        sent = run(self.stream, backend, seconds=LONGEST_S, clock=self._clock)
+        sent = playback.run(self.stream, backend, seconds=LONGEST_S, clock=self._clock)
         if self.stream.error is not None:
             raise self.stream.error
         facts = self.stream.facts()

@@ -62,7 +62,7 @@ class Timeline:
                 snap.on_value_change(lambda: self._script("snap", snap.value))
                 for label, (icon, by) in ZOOMS.items():
                     ui.button(icon=icon, on_click=partial(self._script, "zoom", by)).props(
-                        f'flat dense aria-label="{label}"'
+                        f'flat dense aria-label="{kit.attribute(label)}"'
                     )
             self._sound_status = ui.element("span").classes("small quiet")
             ui.element("div").props('id="timeline" role="region" aria-label="Tracks" data-tool="select"')
@@ -111,7 +111,8 @@ class Timeline:
             event = {"track": self.editor.track, "line": line, "index": index, "time": time, "value": value}
             self.do(lambda: self.editor.handle({"do": "move", **event}))
 
-        with ui.element("div").classes("edit-tools").props(f'role="group" aria-label="{name} {index + 1}"'):
+        with ui.element("div").classes("edit-tools").props('role="group"') as tools:
+            tools.props["aria-label"] = f"{name} {index + 1}"
             ui.label(f"{name} {index + 1}").classes("small")
             time_field = ui.number("Time, s", value=time, min=0, step=0.01)
             first = next(iter(values))
@@ -162,8 +163,8 @@ class Timeline:
         """Send the effect to the script, and show what is selected."""
         editor = self.editor
         address, label = self.sound(), f"Play {kit.attribute(editor.effect.title)}"
-        self._play.props(f'data-player-url="{address}"').props(f'aria-label="{label}"')
-        self._sound_status.props(f'data-player-status="{address}" data-unit="1"')
+        self._play.props.update({"data-player-url": address, "aria-label": label})
+        self._sound_status.props.update({"data-player-status": address, "data-unit": "1"})
         self._undo.set_enabled(editor.undoable)
         self._redo.set_enabled(editor.redoable)
         start, end = editor.range or (None, None)

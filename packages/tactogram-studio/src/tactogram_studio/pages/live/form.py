@@ -99,11 +99,11 @@ class LiveForm:
     def sound_switch(self) -> None:
         """Draw the switch of the metronome's sound."""
         switch = ui.switch("Play the beat in this tab", value=self.state.get("sound", True))
-        switch.props('id="session-sound"').props(f'data-on="{int(bool(switch.value))}"')
+        switch.props('id="session-sound"').props(f'data-on="{kit.attribute(int(bool(switch.value)))}"')
 
         def changed() -> None:
             self.state["sound"] = switch.value
-            switch.props(f'data-on="{int(bool(switch.value))}"')
+            switch.props["data-on"] = int(bool(switch.value))
 
         switch.on_value_change(changed)
 
@@ -130,7 +130,7 @@ class LiveForm:
                 continue
             with ui.row().classes("items-center no-wrap w-full gap-2"):
                 use = ui.button("Use", on_click=lambda a=choice.address: self._address.set_value(a))
-                use.props(f'outline dense aria-label="Use {choice.address}"')
+                use.props(f'outline dense aria-label="Use {kit.attribute(choice.address)}"')
                 with ui.column().classes("gap-0"):
                     ui.label(choice.address).classes("small").style("overflow-wrap:anywhere")
                     kit.hint(choice.description)

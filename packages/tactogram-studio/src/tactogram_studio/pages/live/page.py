@@ -243,7 +243,7 @@ class LivePage:
                 button = ui.button(
                     f"{LABELS.get(meaning, meaning)} ({key.upper()})",
                     on_click=lambda k=key, n=question.number: self._answer(n, k),
-                ).props(f'data-key="{key}"')
+                ).props(f'data-key="{kit.attribute(key)}"')
                 if key != question.default:
                     button.props("outline")
                 if not self.controls_sensor:

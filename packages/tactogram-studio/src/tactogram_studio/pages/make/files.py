@@ -35,7 +35,7 @@ def draw_photo(state: MakePageState) -> None:
         marks="data-photo-upload=1",
     )
     area = ui.element("div").classes("drop")
-    area.props(f'data-drop="{upload.id}" role="group" aria-label="Photograph of the surface"')
+    area.props(f'data-drop="{kit.attribute(upload.id)}" role="group" aria-label="Photograph of the surface"')
     with area:
         if "image" in state.request.values:
             _draw_chosen(state)
@@ -63,10 +63,8 @@ def _draw_chosen(state: MakePageState) -> None:
     frame = ui.element("div").classes("crop").props("data-crop")
     frame.on("make-crop", dragged, js_handler="(event) => emit(event.detail)")
     with frame:
-        ui.element("img").props(
-            f'src="/make/photo/{Path(request.values["image"]).name}" draggable="false" '
-            'alt="Selected photograph; drag over it to crop"'
-        )
+        image = ui.element("img").props('draggable="false" alt="Selected photograph; drag over it to crop"')
+        image.props["src"] = f"/make/photo/{Path(request.values['image']).name}"
         box = ui.element("div").classes("crop-box").props("data-crop-box")
         box.style(
             f"left: {100 * left:.2f}%; top: {100 * top:.2f}%; width: {100 * (right - left):.2f}%; "
@@ -136,7 +134,7 @@ def _draw_choice(
     chosen = state.request.values.get(name, "")
     select = ui.select(dict(options) | {chosen: options.get(chosen, chosen)}, value=chosen, label=label)
     select.on_value_change(lambda event: state.change(redraw=redraw, **{name: event.value or ""}))
-    select.classes("w-full").props(f'data-{name}="1"')
+    select.classes("w-full").props[f"data-{name}"] = "1"
 
 
 def _use_vibration(state: MakePageState, name: str, signal: Signal) -> None:

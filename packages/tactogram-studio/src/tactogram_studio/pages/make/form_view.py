@@ -151,7 +151,7 @@ def _draw_condition(state: MakePageState, name: str) -> None:
         field: Any = ui.select(list(get_args(option.kind)), label=label, value=shown, clearable=True)
     else:
         field = ui.input(label, value=shown or "", placeholder=option.example).props("debounce=700")
-    field.on_value_change(changed).props(f'data-number="{name}"').tooltip(option.help)
+    field.on_value_change(changed).props(f'data-number="{kit.attribute(name)}"').tooltip(option.help)
 
 
 def _draw_number(state: MakePageState, name: str, label: str, most: int | None = None) -> ui.number:
@@ -166,7 +166,7 @@ def _draw_number(state: MakePageState, name: str, label: str, most: int | None =
 
     value = vars(request).get(name, request.values.get(name))
     number = kit.NumberField(label, value=value, on_change=changed)
-    number.props(f'data-number="{name}"' + (" clearable" if most is None else ""))
+    number.props(f'data-number="{kit.attribute(name)}"' + (" clearable" if most is None else ""))
     return number.on("blur", state.commit).on("keydown.enter", state.commit)
 
 

@@ -111,7 +111,7 @@ class _Mix:
             with ui.element("div").classes("map").props("data-map"):
                 chart = ui.echart(map_options(self.materials, places)).classes("absolute-full h-full")
                 names = kit.attribute(", ".join(self.materials))
-                chart.props(f'role="img" aria-label="Map of {names}"')
+                chart.props(f'role="img" aria-label="Map of {kit.attribute(names)}"')
                 handle = ui.element("button").classes("map-handle").props('type="button" data-map-handle')
                 handle.props('aria-label="Point on the map of materials: arrow keys move it"')
                 handle.style(f"left: {100 * x:.2f}%; top: {100 * y:.2f}%")

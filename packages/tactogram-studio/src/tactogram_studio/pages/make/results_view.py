@@ -71,7 +71,7 @@ def _draw_images(shown: Sequence[tuple[str, KeptResult]], titles: list[str]) -> 
             tops.append(kit.title_row(title, result.facts.get("simulated")))
             kit.hint(f"{columns} x {rows} pixels")
             image = ui.element("img").classes("made-image")
-            image.props(f'src="{_image_address(name)}" alt="Generated image: {kit.attribute(result.title)}"')
+            image.props.update(src=_image_address(name), alt=f"Generated image: {result.title}")
     return tops
 
 
@@ -161,7 +161,7 @@ def _draw_actions(state: MakePageState, name: str, result: KeptResult, *, first:
 
     def button(text: str, press: Any, label: str = "", look: str = "flat") -> None:
         named = f"{label or text} {kit.attribute(result.title)}"
-        ui.button(text, on_click=press).props(f'dense {look} aria-label="{named}"')
+        ui.button(text, on_click=press).props(f'dense aria-label="{kit.attribute(named)}"').props(look)
 
     run = result.facts.get("run")
     if result.facts.get("what") == "made" and run != state.request.run:

@@ -159,4 +159,4 @@ def _draw_signal(title: str, signal: Signal) -> None:
         picture = trace_svg(replace(signal, samples=samples[None], axes=(axis,)))
         source = f"data:image/svg+xml;base64,{b64encode(picture).decode()}"
         kit.hint(text)
-        ui.element("img").classes("trace").props(f'src="{source}" alt="Waveform of {kit.attribute(text)}"')
+        ui.element("img").classes("trace").props.update(src=source, alt=f"Waveform of {text}")

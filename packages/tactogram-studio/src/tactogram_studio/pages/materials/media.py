@@ -159,15 +159,13 @@ def _draw_recording(
         query = {"set": set_name, "id": info.id, "stream": name}
         picture(address("trace", **query), f"Waveform of {name}, {title}")
         picture(address("spectrogram", **query, top_db=top_db), f"Spectrogram of {name}, {title}")
-        source = address("sound", **query)
-        ui.element("audio").props(
-            f'controls preload="none" src="{source}" aria-label="Play {kit.attribute(title)}"'
-        )
+        sound = ui.element("audio").props('controls preload="none"')
+        sound.props.update({"src": address("sound", **query), "aria-label": f"Play {title}"})
 
 
 def picture(source: str, text: str) -> None:
     """Draw a picture that loads when it scrolls into view."""
-    ui.element("img").props(f'src="{source}" alt="{kit.attribute(text)}" loading="lazy"')
+    ui.element("img").props(f'src="{kit.attribute(source)}" alt="{kit.attribute(text)}" loading="lazy"')
 
 
 def summary(info: RecordingInfo) -> str:

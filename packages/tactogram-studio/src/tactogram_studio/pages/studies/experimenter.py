@@ -270,12 +270,12 @@ class _RowView:
             with ui.element("td"):
                 self.place = ui.label()
                 self.bar = ui.linear_progress(0, show_value=False, size="4px")
-                self.bar.props(f'aria-label="Trials of {row.code}"')
+                self.bar.props(f'aria-label="Trials of {kit.attribute(row.code)}"')
             self.since = _cell()
             self.device = _cell("small quiet")
             with ui.element("td"), ui.row().classes("gap-1 no-wrap items-center"):
                 address = page.joining.local_address(row.code)
-                ui.link("pages", address, new_tab=True).props(f'aria-label="Pages of {row.code}"')
+                ui.link("pages", address, new_tab=True).props["aria-label"] = f"Pages of {row.code}"
                 if not page.joining.loopback:
                     self._button("QR code", lambda: page.joining.show_qr_code(row.code))
                 self.abort = self._button("Abort", self._abort)
@@ -295,7 +295,9 @@ class _RowView:
     def _button(self, text: str, handler: Callable[[], Any]) -> ui.button:
         button = ui.button(text, on_click=handler).props("flat dense")
         # Named by the code, since every row has the same buttons; the text of Abort changes.
-        return button if text == "Abort" else button.props(f'aria-label="{text} {self.code}"')
+        if text != "Abort":
+            button.props["aria-label"] = f"{text} {self.code}"
+        return button
 
     async def _abort(self) -> None:
         if self.abort.text == "Reopen":

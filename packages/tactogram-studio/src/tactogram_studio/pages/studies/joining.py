@@ -109,4 +109,5 @@ def _address(address: str, name: str, *, qr_code: bool = True) -> None:
     if qr_code:
         image = ui.element("img").classes("qr")
         image.props.update(src=svg_qr_code(address), alt=f"QR code: {name}")
-    ui.link(address, address, new_tab=True).classes("break-all").props(f'aria-label="{name}: {address}"')
+    link = ui.link(address, address, new_tab=True).classes("break-all")
+    link.props["aria-label"] = f"{name}: {address}"

@@ -77,7 +77,8 @@ class StudiesPage:
     def _cards(self, studies: list[StudyEntry]) -> None:
         with ui.element("div").classes("studies w-full"):
             for study in studies:
-                with ui.element("section").classes("card stack").props(f'data-study="{study.name}"'):
+                with ui.element("section").classes("card stack") as section:
+                    section.props["data-study"] = study.name
                     self._card(study)
 
     def _card(self, study: StudyEntry) -> None:
@@ -93,11 +94,11 @@ class StudiesPage:
         kit.mark_simulated(study.facts["simulated_stimuli"], "simulated stimuli")
         with ui.row().classes("gap-2 foot"):
             begin = ui.button("Begin a session", on_click=lambda: self._begin(study))
-            begin.props(f'aria-label="Begin a session of {study.name}"')
+            begin.props(f'aria-label="Begin a session of {kit.attribute(study.name)}"')
             check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
-            check.props(f'aria-label="Check {study.name}: make and render every stimulus"')
+            check.props(f'aria-label="Check {kit.attribute(study.name)}: make and render every stimulus"')
             copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline")
-            copy.props(f'aria-label="Make your own from {study.name}"')
+            copy.props(f'aria-label="Make your own from {kit.attribute(study.name)}"')
             if not study.shipped:
                 link = ui.link("Edit", edit_address(study.name))
                 link.props(f'aria-label="Edit {kit.attribute(study.name)}"').classes("self-center")
@@ -129,7 +130,7 @@ class StudiesPage:
     def _report_link(self, session: SessionEntry) -> None:
         if session.report is not None:
             address = f"/reports?of={quote(self.workspace.name_of(session.report))}"
-            ui.link("Open", address).props(f'aria-label="Open the report of {session.name}"')
+            ui.link("Open", address).props(f'aria-label="Open the report of {kit.attribute(session.name)}"')
 
     def _begin(self, study: StudyEntry) -> None:
         begin_dialog(self.studio, study.source, title=study.title, name=study.facts["name"])

@@ -144,7 +144,7 @@ class _RunList:
         name, summary, task = entry.name, entry.summary, entry.task
         with ui.row().classes("items-center gap-2 w-full no-wrap"):
             box = ui.checkbox(value=name in self.selected, on_change=lambda e: self._select(name, e.value))
-            box.props(f'dense aria-label="Compare {name}"').set_enabled(summary is not None)
+            box.props(f'dense aria-label="Compare {kit.attribute(name)}"').set_enabled(summary is not None)
             ui.link(name, f"/train/watch?run={quote(name)}").style("overflow-wrap: anywhere")
             ui.space()
             badge(entry.state)

@@ -235,7 +235,7 @@ class _RunView:
             if file.suffix == ".png":
                 facts = read_image_metadata(file)
                 picture = ui.image(Pillow.fromarray(read_image(file).pixels)).style("max-width: 16rem")
-                picture.props(f'alt="{kit.attribute(str(facts.get("of", file.stem)))}"')
+                picture.props["alt"] = str(facts.get("of", file.stem))
                 continue
             facts = read_metadata(file)
             when = "after training" if facts.get("step") is None else f"at step {facts['step']}"

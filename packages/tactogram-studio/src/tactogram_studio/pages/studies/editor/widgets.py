@@ -164,7 +164,7 @@ def _text(editor: Editor, place: Place, label: str, language: str, default: Any)
 
     value = editor.draft.text(place, language, default)
     widget = (ui.textarea if long else ui.input)(title, value=value, on_change=change)
-    widget.props(f"{TYPED} lang={language}{' autogrow' if long else ''}")
+    widget.props(f'{TYPED} lang="{kit.attribute(language)}"').props("autogrow" if long else "")
     editor.faults.register((*place, language), widget)
 
 
