@@ -1,4 +1,5 @@
 from .archives import (
+    UndatedZip as UndatedZip,
     UnpackedSizeError as UnpackedSizeError,
     check_archive as check_archive,
 )
