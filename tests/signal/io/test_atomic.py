@@ -1,12 +1,14 @@
 import re
 import stat
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io.atomic import atomic_write, check_writable, write_text
+from tactogram.signal.io.atomic import atomic_write, check_writable, sole_writer, write_text
 
 
 def test_of_two_writers_each_writes_its_own_file_and_the_last_one_stays(tmp_path):
@@ -111,3 +113,29 @@ def test_a_file_in_a_folders_place_is_refused_and_the_other_way_round(tmp_path):
         check_writable(Path(__file__), folder=True)
     with pytest.raises(ParameterError, match="is a folder; a file is needed"):
         check_writable(tmp_path)
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from tactogram.signal.io.atomic import sole_writer
+
+with sole_writer(Path(sys.argv[1])):
+    print("writes", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_second_writer_is_refused_at_once_and_the_first_is_named(tmp_path):
+    path = tmp_path / "run"
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        other.stdout.readline()
+        with pytest.raises(ParameterError, match=f"run: process {other.pid} writes it at present"):
+            sole_writer(tmp_path / "x" / ".." / "run").__enter__()
+        with sole_writer(tmp_path / "another"):
+            other.kill()
+    with sole_writer(path):
+        pass
+    assert list(tmp_path.iterdir()) == []

@@ -29,7 +29,7 @@ from tactogram.datasets.store.shards import ShardWriter
 from tactogram.datasets.store.store import Store
 from tactogram.errors import DataError
 from tactogram.signal import Image
-from tactogram.signal.io.atomic import atomic_write, to_disk
+from tactogram.signal.io.atomic import atomic_write, to_disk, turn
 
 KEPT_S = 60.0
 """Seconds between checkpoints: what a killed job does again."""
@@ -187,7 +187,6 @@ class StoreWriter:
         ids.sort(order="id")
         sha256 = store_hash(ids, self.photographs, rated_hash)
         ids_file = f"ids-{sha256[:16]}.npy"
-        self._save_ids(ids, self.folder / ids_file)
         facts = replace(
             self.facts,
             simulated=self._simulated,
@@ -203,15 +202,17 @@ class StoreWriter:
             ratings_sha256=rated_hash,
             unfinished=unfinished,
         )
-        if self._store is not None and StoreInfo.load(self.folder) != self.facts:
-            raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
-        with atomic_write(self.folder / FACTS) as part:
-            self._files.begin(part)
-            part.write_text(facts.text(), encoding="utf-8")
+        with turn(self.folder):
+            if self._store is not None and StoreInfo.load(self.folder) != self.facts:
+                raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
+            self._save_ids(ids, self.folder / ids_file)
+            with atomic_write(self.folder / FACTS) as part:
+                self._files.begin(part)
+                part.write_text(facts.text(), encoding="utf-8")
+                if self._files.durable:
+                    self._files.to_disk()
             if self._files.durable:
-                self._files.to_disk()
-        if self._files.durable:
-            to_disk(self.folder)
+                to_disk(self.folder)
         if self.facts.ids not in ("", ids_file):
             (self.folder / self.facts.ids).unlink(missing_ok=True)
         if self.facts.ratings is not None and self.facts.ratings != rated:

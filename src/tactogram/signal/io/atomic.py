@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import secrets
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from tactogram.errors import ParameterError
@@ -80,6 +81,47 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
             pass
     except OSError as error:
         raise ParameterError(f"{path}: cannot be written ({error.strerror}); give another place") from error
+
+
+@contextmanager
+def sole_writer(path: Path) -> Iterator[None]:
+    """Refuse to write to ``path`` while another process of this user and machine does, with a `ParameterError`.
+
+    However that process ends, the system unlocks the place. Without locks both may write, and the later one to finish
+    fails or replaces the file.
+    """
+    place = hashlib.sha256(os.fsencode(os.path.realpath(path))).hexdigest()[:16]
+    note = Path(tempfile.gettempdir()) / f"tactogram-writer-{place}"
+    with ExitStack() as stack:
+        with suppress(OSError):
+            held = stack.enter_context(note.open("a+"))
+            if not lock(held.fileno()):
+                held.seek(0)
+                who = held.read() or "another process"
+                raise ParameterError(f"{path}: {who} writes it at present; wait for it, or stop it first")
+            if os.name != "nt":  # where open files stay
+                stack.callback(note.unlink, missing_ok=True)
+            held.truncate(0)
+            held.write(f"process {os.getpid()}")
+            held.flush()
+        yield
+
+
+@contextmanager
+def turn(folder: Path) -> Iterator[None]:
+    """Wait until no other process has its turn in a folder; on Windows, and without locks, nothing is waited for."""
+    if sys.platform == "win32":
+        yield
+        return
+    import fcntl
+
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(opened)
 
 
 def lock(opened: int, *, shared: bool = False) -> bool:
