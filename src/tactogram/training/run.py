@@ -23,7 +23,7 @@ from tactogram.datasets.store.remote import is_remote
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import ImageKind, Kind, Model, SignalKind
 from tactogram.recipe import Recipe
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io.atomic import clear_parts, write_text
 from tactogram.text_files import parse_json, path_of, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
 
@@ -123,8 +123,7 @@ class Run:
 
     def restore(self, learner: Model) -> TrainingPosition:
         """Load the last checkpoint into ``learner`` and drop later log lines."""
-        for left in self.folder.glob(".*.part.safetensors"):  # of a killed process
-            left.unlink(missing_ok=True)
+        clear_parts(self.folder)
         path = self.folder / "checkpoint.safetensors"
         position = TrainingPosition()
         if path.exists():

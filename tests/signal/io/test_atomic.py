@@ -1,4 +1,6 @@
+import os
 import re
+import shutil
 import stat
 import subprocess
 import sys
@@ -8,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io.atomic import atomic_write, check_writable, sole_writer, write_text
+from tactogram.signal.io.atomic import atomic_write, check_writable, host_name, sole_writer, write_text
 
 
 def test_of_two_writers_each_writes_its_own_file_and_the_last_one_stays(tmp_path):
@@ -131,7 +133,7 @@ def test_a_second_writer_is_refused_at_once_and_the_first_is_named(tmp_path):
     with subprocess.Popen(
         [sys.executable, "-c", WRITER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
     ) as other:
-        other.stdout.readline()
+        assert other.stdout.readline() == b"writes\n"
         with pytest.raises(ParameterError, match=f"run: process {other.pid} writes it at present"):
             sole_writer(tmp_path / "x" / ".." / "run").__enter__()
         with sole_writer(tmp_path / "another"):
@@ -139,3 +141,18 @@ def test_a_second_writer_is_refused_at_once_and_the_first_is_named(tmp_path):
     with sole_writer(path):
         pass
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_process_was_writing_goes_with_the_next_writer(tmp_path):
+    folder = tmp_path / "run" / "figures"
+    folder.mkdir(parents=True)
+    with atomic_write(folder / "loss.png") as own:
+        own.touch()
+        killed = own.with_name(own.name.replace(str(os.getpid()), "99999999"))
+        elsewhere = killed.with_name(killed.name.replace(host_name()[:16], "elsewhere"))
+        shutil.copy(own, killed), shutil.copy(own, elsewhere)
+        with sole_writer(tmp_path / "run"):
+            assert {*folder.iterdir()} == {own, elsewhere}
+        shutil.copy(own, killed)
+        with sole_writer(folder / "loss.png"):
+            assert {*folder.iterdir()} == {own, elsewhere}

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import secrets
+import socket
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -23,7 +25,8 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
     Without ``over``, an existing file stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem}-{secrets.token_hex(4)}.part{path.suffix}")
+    whose = f"{host_name()[:16]}-{os.getpid()}-{secrets.token_hex(4)}"
+    part = path.with_name(f".{path.stem}-{whose}.part{path.suffix}")
     try:
         yield part
         if durable:
@@ -34,6 +37,15 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
             _take(part, path)
     finally:
         part.unlink(missing_ok=True)
+
+
+def clear_parts(path: Path) -> None:
+    """Remove what killed processes of this machine were writing in a folder, or beside a file."""
+    parts = path.rglob(".*.part*") if path.is_dir() else path.parent.glob(".*.part*")
+    for part in parts:
+        whose = re.search(rf"-{re.escape(host_name()[:16])}-(\d+)-[0-9a-f]{{8}}\.part", part.name)
+        if whose and not is_running(int(whose[1])):
+            part.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -87,8 +99,8 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
 def sole_writer(path: Path) -> Iterator[None]:
     """Refuse to write to ``path`` while another process of this user and machine does, with a `ParameterError`.
 
-    However that process ends, the system unlocks the place. Without locks both may write, and the later one to finish
-    fails or replaces the file.
+    However that process ends, the system unlocks the place, and the next writer clears it (`clear_parts`). Without
+    locks both may write, and the later one to finish fails or replaces the file.
     """
     place = hashlib.sha256(os.fsencode(os.path.realpath(path))).hexdigest()[:16]
     note = Path(tempfile.gettempdir()) / f"tactogram-writer-{place}"
@@ -104,6 +116,7 @@ def sole_writer(path: Path) -> Iterator[None]:
             held.truncate(0)
             held.write(f"process {os.getpid()}")
             held.flush()
+            clear_parts(path)
         yield
 
 
@@ -146,4 +159,24 @@ def lock(opened: int, *, shared: bool = False) -> bool:
         fcntl.flock(opened, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    return True
+
+
+def host_name() -> str:
+    """Return this machine's name as used in file names, since process numbers belong to one machine."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"
+
+
+def is_running(process: int) -> bool:
+    """Return whether there is a process of this number on this machine."""
+    if os.name == "nt":  # where signal 0 would end it
+        import psutil
+
+        return bool(psutil.pid_exists(process))
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
     return True
