@@ -326,7 +326,8 @@ def killed_everywhere(
             again = command.again() if command.again else command.words
         status, _, said = run(command, folder, again)
         after = content(folder)
-        same = status == 0 and (command.adds or after == new)
+        # A command may refuse a result that is there already.
+        same = (status == 0 or left == new) and (command.adds or after == new)
         lost += [name for name in left if command.adds and name not in after]
         count.resumed_to_the_same_bytes += same
         if half or lost or not same:
