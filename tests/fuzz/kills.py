@@ -4,12 +4,13 @@ Each command is run once undisturbed, which counts its commit points: names that
 that it opens to write, synchronisations, and statements of SQLite. It is then killed before each of them, or before a
 seeded sample, and repeated::
 
-    python tests/fuzz/kills.py [--seed 1] [--minutes 5] [--only train] [--out counts.json]
+    python tests/fuzz/kills.py [--seed 1] [--minutes 5] [--only train …] [--full] [--out counts.json]
 """
 
 from __future__ import annotations
 
 import argparse
+import errno
 import hashlib
 import json
 import os
@@ -36,7 +37,10 @@ from tactogram.cli import main as tactogram
 from tactogram.datasets import open_store, split_last
 from tactogram.datasets.store import writer
 from tactogram.datasets.store.store import problems
+from tactogram.errors import DataError
 
+LEAST = 2
+"""Kills of a command, however short the time is."""
 EVENTS = {"os.rename", "os.remove", "os.link", "os.mkdir", "os.rmdir", "os.truncate"}
 UNFINISHED = re.compile(
     r"""(^|/)\..*\.part | (^|/)[^/]+\.part-[^/]+/ | /adding-[^/]*\.txt$ | \.cues\.jsonl$ | -(wal|shm|journal)$
@@ -46,7 +50,7 @@ UNFINISHED = re.compile(
 """Files that are no result by themselves: checkpoints, and what a store has if dataset.json names it."""
 DRAWN = re.compile(rb"-[0-9a-f]{8}(?=\.parquet)")
 """Part of the names of a store's files that is drawn."""
-DIFFERS = re.compile(rb'"(answering_s|training_s)": [0-9.e-]+|"finished": "[^"]*"')
+DIFFERS = re.compile(rb'"(answering_s|training_s)": [0-9.e-]+, |"finished": "[^"]*", ')
 """Facts of a result of the benchmark that are not the same twice. Of a session these are codes and times (`pages`)."""
 
 
@@ -170,10 +174,12 @@ class inside:  # noqa: N801
         os.chdir(self.before)
 
 
-def run(command: Command, folder: Path, words: tuple[str, ...], *, kill_at: int = 0) -> tuple[int, int, str]:
+def run(
+    command: Command, folder: Path, words: tuple[str, ...], *, at: int = 0, full: bool = False
+) -> tuple[int, int, str]:
     """Run a command line in a forked process; return its exit status (-9: killed), its commit points and its output.
 
-    With ``kill_at`` it is killed before the commit point of this number, from 1.
+    It is killed before the commit point numbered ``at``, from 1, or finds the disk ``full`` from there on.
     """
     reading, writing = os.pipe()
     log = Path(tempfile.gettempdir()) / f"tactogram-kills-{os.getpid()}.log"
@@ -186,7 +192,7 @@ def run(command: Command, folder: Path, words: tuple[str, ...], *, kill_at: int 
             os.dup2(out, 1)
             os.dup2(out, 2)
             os.chdir(folder)
-            count_points(folder, kill_at, writing)
+            count_points(folder, at, writing, full)
             if command.kept is not None:
                 writer.KEPT_S = command.kept
             status = tactogram([*words, "--quiet"])
@@ -204,14 +210,16 @@ def run(command: Command, folder: Path, words: tuple[str, ...], *, kill_at: int 
     return os.waitstatus_to_exitcode(ended), points, log.read_text(errors="replace")[-400:]
 
 
-def count_points(folder: Path, kill_at: int, pipe: int) -> None:
-    """Write a byte to a pipe before every commit point in ``folder``, and kill this process before a certain one."""
+def count_points(folder: Path, at: int, pipe: int, full: bool) -> None:
+    """Write a byte to a pipe before every commit point in ``folder``, and kill this process or fill the disk at one."""
     count = 0
 
-    def point() -> None:
+    def point(*, takes_space: bool = True) -> None:
         nonlocal count
         count += 1
-        if count == kill_at:
+        if full and takes_space and count >= at:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        if not full and count == at:
             os.kill(os.getpid(), signal.SIGKILL)
         os.write(pipe, b".")
 
@@ -221,7 +229,7 @@ def count_points(folder: Path, kill_at: int, pipe: int) -> None:
         )
         named = (writes or event in EVENTS) and isinstance(arguments[0], str | bytes | os.PathLike)
         if named and os.path.abspath(os.fsdecode(arguments[0])).startswith(f"{folder}/"):
-            point()
+            point(takes_space=event in ("open", "os.mkdir"))
 
     def counted(owner: Any, name: str) -> None:
         real = getattr(owner, name)
@@ -234,7 +242,7 @@ def count_points(folder: Path, kill_at: int, pipe: int) -> None:
 
     def connected(*arguments: Any, **options: Any) -> sqlite3.Connection:
         connection = connect(*arguments, **options)
-        connection.set_trace_callback(lambda _: point())
+        connection.set_trace_callback(lambda _: point(takes_space=False))
         return connection
 
     connect, sqlite3.connect = sqlite3.connect, connected
@@ -278,9 +286,12 @@ def pages(path: Path) -> list[str]:
 
 
 def killed_everywhere(
-    command: Command, base: Path, folder: Path, *, points: Callable[[int], Iterator[int]]
+    command: Command, base: Path, folder: Path, *, points: Callable[[int], Iterator[int]], full: bool = False
 ) -> Count:
-    """Kill a command before its commit points, check what is left, repeat it, and compare with an undisturbed one."""
+    """Kill a command before its commit points, check what is left, repeat it, and compare with an undisturbed one.
+
+    With a ``full`` disk instead, it must also say so in one line.
+    """
 
     def fresh() -> dict[str, str]:
         shutil.rmtree(folder, ignore_errors=True)
@@ -301,11 +312,13 @@ def killed_everywhere(
         count.problems.append(f"twice: {difference(new, content(folder))}")
     for at in points(every):
         fresh()
-        status, _, said = run(command, folder, command.words, kill_at=at)
-        if status != -signal.SIGKILL:
+        status, _, said = run(command, folder, command.words, at=at, full=full)
+        if status == 0:
             continue
         count.kills += 1
         left = content(folder)
+        if full and not re.fullmatch(r"(?s).*tactogram: [^\n]*No space left[^\n]*\n", said):
+            count.problems.append(f"point {at}: status {status}, {said}")
         half = [
             name
             for name, hash in left.items()
@@ -313,12 +326,7 @@ def killed_everywhere(
             and not UNFINISHED.search(name)
             and hash not in (old.get(name), new.get(name))
         ]
-        half += [
-            line
-            for facts in folder.rglob("dataset.json")
-            if ".part-" not in str(facts)
-            for line in problems(open_store(facts.parent))
-        ]
+        half += [line for facts in folder.rglob("dataset.json") for line in faults(facts.parent)]
         lost = [name for name in old if name in new and name not in left]
         count.half_written += bool(half)
         count.lost += bool(lost)
@@ -336,6 +344,14 @@ def killed_everywhere(
     return count
 
 
+def faults(store: Path) -> list[str]:
+    """Return what is wrong with a store, nothing of one that is being made."""
+    try:
+        return [] if ".part-" in str(store) else problems(open_store(store))
+    except DataError as error:
+        return [str(error)]
+
+
 def difference(one: dict[str, str], other: dict[str, str]) -> str:
     """Return the names of files that are in one folder only, or differ."""
     return ", ".join(
@@ -350,7 +366,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--minutes", type=float, default=5.0)
-    parser.add_argument("--only", default="")
+    parser.add_argument("--only", nargs="*", help="names of commands, by default all")
+    parser.add_argument("--full", action="store_true", help="a full disk instead of a kill")
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     until = time.monotonic() + 60 * options.minutes
@@ -359,12 +376,17 @@ def main() -> int:
         base = Path(folder).resolve() / "base"
         base.mkdir()
         prepare(base)
-        chosen = {name: command for name, command in commands(base).items() if options.only in ("", name)}
+        known = commands(base)
+        chosen = {name: known[name] for name in options.only or known}
         rng = random.Random(options.seed)
         for place, (name, command) in enumerate(chosen.items()):
             share = (until - time.monotonic()) / (len(chosen) - place)
             counts[name] = killed_everywhere(
-                command, base, base.with_name("work"), points=partial(drawn, rng, time.monotonic() + share)
+                command,
+                base,
+                base.with_name("work"),
+                points=partial(drawn, rng, time.monotonic() + share),
+                full=options.full,
             )
             sys.stdout.write(f"{name}: {counts[name]}\n")
             sys.stdout.flush()
@@ -374,9 +396,9 @@ def main() -> int:
 
 
 def drawn(rng: random.Random, until: float, every: int) -> Iterator[int]:
-    """Yield the numbers of all points in a drawn order, until the time is over."""
-    for at in rng.sample(range(1, every + 1), every):
-        if time.monotonic() > until:
+    """Yield the numbers of all points in a drawn order until the time is over, but at least `LEAST`."""
+    for done, at in enumerate(rng.sample(range(1, every + 1), every)):
+        if done >= LEAST and time.monotonic() > until:
             return
         yield at
 

@@ -163,6 +163,10 @@ class Run:
         weights = {key: value for key, value in learner.state().items() if key != "optimisers"}
         save_state(self.folder / "model.safetensors", weights)
         self.write_json("model.json", {"version": VERSION, "kind": asdict(kind), **facts})
+        self.forget_checkpoint()
+
+    def forget_checkpoint(self) -> None:
+        """Delete the checkpoint of a finished run, which a kill may have left."""
         (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
 
     def _write_curves(self) -> None:

@@ -47,6 +47,19 @@ def test_what_several_add_at_once_is_all_there(tmp_path):
     assert problems(bigger) == []
 
 
+def test_what_fails_after_the_store_was_replaced_leaves_the_new_one(tmp_path, monkeypatch):
+    store = create_store(tmp_path / "s", [recording(0)], **FACTS)
+
+    def fails(*_):
+        raise OSError("Input/output error")
+
+    monkeypatch.setattr("tactogram.datasets.store.writer.to_disk", fails)
+    with pytest.raises(OSError, match="Input/output"):
+        insert_recording(store.path, recording(1))
+    assert len(open_store(store.path)) == 2
+    assert problems(open_store(store.path)) == []
+
+
 def test_an_existing_folder_is_not_touched(tmp_path):
     (tmp_path / "s").mkdir()
     (tmp_path / "s" / "mine.txt").write_text("x")

@@ -211,13 +211,14 @@ class StoreWriter:
                 part.write_text(facts.text(), encoding="utf-8")
                 if self._files.durable:
                     self._files.to_disk()
+            # From here on the store names the new files, and they stay even if what follows fails.
+            earlier, self.facts, self._done = self.facts, facts, self._store is not None
             if self._files.durable:
                 to_disk(self.folder)
-        if self.facts.ids not in ("", ids_file):
-            (self.folder / self.facts.ids).unlink(missing_ok=True)
-        if self.facts.ratings is not None and self.facts.ratings != rated:
-            (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
-        self.facts = facts
+        if earlier.ids not in ("", ids_file):
+            (self.folder / earlier.ids).unlink(missing_ok=True)
+        if earlier.ratings is not None and earlier.ratings != rated:
+            (self.folder / earlier.ratings.file).unlink(missing_ok=True)
         return facts
 
     def publish(self, path: Path) -> StoreInfo:
