@@ -80,12 +80,13 @@ class StoreWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         self._shards.abandon()
         self._pictures.abandon()
         if not self._done and self.facts.unfinished is None:
             self._files.remove()
-        self._files.forget_notes()
+        if error is None or not self._done:  # otherwise earlier files may be left, which the notes name
+            self._files.forget_notes()
 
     def add(self, recording: Recording, photograph: Photograph | None = None) -> bool:
         """Add one recording, with ``photograph`` if it has no image; return False if its samples are already stored.
