@@ -167,7 +167,8 @@ class Run:
 
     def forget_checkpoint(self) -> None:
         """Delete the checkpoint of a finished run, which a kill may have left."""
-        (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
+        if (checkpoint := self.folder / "checkpoint.safetensors").exists():  # a finished run may be read-only
+            checkpoint.unlink()
 
     def _write_curves(self) -> None:
         lines = self.metrics()

@@ -194,7 +194,7 @@ def test_a_full_disk_is_named_and_the_old_file_stays(tmp_path, suffix):
     limit = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limit[1]))
     try:
-        with pytest.raises(OSError, match="File too large"):
+        with pytest.raises(OSError, match=f"File too large: '{path}'"):
             write_signal(path, signal)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limit)

@@ -21,8 +21,8 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
     """Yield a path of the same suffix whose file replaces ``path`` on success and is removed otherwise.
 
     Readers find the old file or the new one, complete; of several writers, the last one wins. The folder is made if
-    missing. ``durable`` synchronises the file to the disk before it is renamed, so that it survives a power cut.
-    Without ``over``, an existing file stays.
+    missing, and an `OSError` names ``path``. ``durable`` synchronises the file to the disk before it is renamed, so
+    that it survives a power cut. Without ``over``, an existing file stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     whose = f"{host_name()[:16]}-{os.getpid()}-{secrets.token_hex(4)}"
@@ -35,8 +35,13 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
             part.replace(path)
         else:
             _take(part, path)
+    except OSError as error:
+        if error.filename in (None, str(part)):
+            error.filename = str(path)
+        raise
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # such as of a folder that cannot be written, or a part that was renamed
+            part.unlink()
 
 
 def clear_parts(path: Path) -> None:

@@ -79,6 +79,8 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
     for i, row in enumerate(signal.samples.T.tolist()):
         sheet.append([i / signal.rate, *row])
     book.create_sheet(DESCRIPTION).append([description.encode()])
+    for each in book.worksheets:  # or openpyxl complains at its end when the disk is full
+        each.close()
     book.properties.created = book.properties.modified = datetime(1980, 1, 1)
     with UndatedZip(path) as archive:  # `book.save` states the time
         openpyxl.writer.excel.ExcelWriter(book, archive).save()
