@@ -9,6 +9,7 @@ import sys
 from multiprocessing import connection, parent_process
 from pathlib import Path
 from threading import Thread, main_thread
+from time import sleep
 
 from tactogram.errors import ParameterError
 
@@ -52,10 +53,11 @@ def repeated_line() -> int | None:
     return line if running and not isinstance(running[0], ast.If) else None
 
 
-def start_worker(ends: connection.Connection | None = None) -> None:
+def start_worker(ends: connection.Connection | None = None, *, parent_id: int | None = None) -> None:
     """Leave interrupts to the parent, and end with it: a killed import must not leave processes behind.
 
-    With ``ends`` the process also ends when the other side of that pipe is closed, whatever it is doing.
+    With ``ends`` the process also ends when the other side of that pipe is closed, whatever it is doing. ``parent_id``
+    is the parent of a program, which `multiprocessing` does not know.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = parent_process()
@@ -63,6 +65,8 @@ def start_worker(ends: connection.Connection | None = None) -> None:
     def end_with_parent() -> None:
         if parent is not None:
             connection.wait([parent.sentinel, *([] if ends is None else [ends])])
-            os._exit(1)
+        while parent is None and os.getppid() == parent_id:
+            sleep(1)
+        os._exit(1)
 
     Thread(target=end_with_parent, daemon=True).start()

@@ -13,6 +13,7 @@ from tactogram.cli import main
 from tactogram.cli.catalogue import verb_places
 from tactogram.cli.verbs import flags_of
 from tactogram.parameters import parameters
+from tactogram.signal.io.atomic import sole_writer
 
 
 def test_help_names_every_verb(capsys):
@@ -158,6 +159,15 @@ def test_a_verb_refuses_what_it_could_not_write_before_all_else(words, capsys):
     assert main([*words, "--out", str(NOWHERE)]) == 1
     said = capsys.readouterr().err
     assert said == f"tactogram: {NOWHERE}: cannot be written ({os.strerror(20)}); give another place\n"
+
+
+@pytest.mark.parametrize("words", list(verbs_with_out()), ids=lambda words: "-".join(words[:2]))
+def test_a_verb_refuses_what_another_process_writes_before_all_else(words, tmp_path, capsys):
+    if words[:2] in (["study", "run"], ["study", "simulate"], ["benchmark", "run"]):
+        pytest.skip("several processes may write to one session, or one folder of results")
+    with sole_writer(tmp_path / "out"):
+        assert main([*words, "--out", str(tmp_path / "out")]) == 1
+    assert f"out: process {os.getpid()} writes it at present" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

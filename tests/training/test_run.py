@@ -4,6 +4,7 @@ import torch
 from tactogram.errors import RunError
 from tactogram.model import SignalKind
 from tactogram.recipe import Preparation, Recipe
+from tactogram.signal.io.atomic import host_name
 from tactogram.training import Run, TrainingPosition
 
 DATA = {"path": "x", "name": "made up", "sha256": "0", "licence": "-", "label": "material", "simulated": True}
@@ -47,7 +48,7 @@ def test_restoring_forgets_what_was_logged_after_the_checkpoint(run):
             run.save_checkpoint(learner, TrainingPosition(0, step))
     with (run.folder / "metrics.jsonl").open("a") as file:
         file.write('{"stage": 0, "st')  # a kill in the middle of a line
-    left = run.folder / ".checkpoint-0123abcd.part.safetensors"
+    left = run.folder / f".checkpoint-{host_name()[:16]}-99999999-0123abcd.part.safetensors"
     left.write_bytes(b"half")  # and one in the middle of a checkpoint
     again = Counter()
     assert run.restore(again) == TrainingPosition(0, 3)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
@@ -85,6 +86,8 @@ class Verb(NamedTuple):
     """JSON value of a result."""
     bare: tuple[str, ...] = ()
     """Options that may come without a value, which is empty then."""
+    shared: bool = False
+    """Whether several processes may write to one ``out``."""
 
     def load(self) -> Callable[..., Any]:
         """Import and return the function."""
@@ -118,12 +121,11 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
         kinds = {parameter.name: parameter.kind for parameter in parameters(function)}
         options = {name: converted(spelt(name), value, kinds.get(name)) for name, value in options.items()}
         further_folders({name: options.pop(name, ()) for name in verb.folders})
-        if out := options.get("out") or options.get("table"):
-            _check_out(out)
+        out = options.get("out") or options.get("table")
         taken = signature(function).parameters
         if "show" in taken:
             options["show"] = show
-        with verb.within() as further:
+        with _claimed(out, verb), verb.within() as further:
             options |= further or {}
             if "progress" in taken:
                 with show.progress() as progress:
@@ -263,11 +265,19 @@ def _is_list(kind: Any) -> bool:
     return get_origin(kind) is tuple and get_args(kind)[-1] is ...
 
 
-def _check_out(out: str | Path) -> None:
-    """Refuse an ``--out`` that cannot be written, whatever the verb: its results may take hours to compute."""
-    from tactogram.signal.io.atomic import check_writable
+@contextmanager
+def _claimed(out: str | Path | None, verb: Verb) -> Iterator[None]:
+    """Refuse an ``--out`` that cannot be written or that another process writes: results may take hours to compute."""
+    from tactogram.signal.io.atomic import check_writable, sole_writer
 
+    if not out:
+        yield
+        return
     check_writable(Path(out), folder=Path(out).is_dir())
+    # A training on several devices has several processes.
+    several = verb.shared or os.environ.get("LOCAL_RANK", "0") != "0"
+    with nullcontext() if several else sole_writer(Path(out)):
+        yield
 
 
 def mapping_of(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str, Any]:

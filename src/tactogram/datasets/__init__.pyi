@@ -89,6 +89,7 @@ from .splits.splitting import (
 )
 from .store.pending import (
     clear_stale_parts as clear_stale_parts,
+    new_folder as new_folder,
 )
 from .store.photographs import (
     PICTURES as PICTURES,

@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from tactogram.datasets.store.pending import host_name
-from tactogram.signal.io.atomic import lock
+from tactogram.signal.io.atomic import host_name, lock
 
 LOCK_FILE = "held"
 """File that is locked as long as the folder is used."""

@@ -11,9 +11,12 @@ from functools import cached_property
 from typing import Any, TypeVar
 
 from tactogram.errors import ParameterError, RunError
+from tactogram.main_script import start_worker
 from tactogram.recipe import TrainingSettings
 
 T = TypeVar("T")
+FIRST_PROCESS = "TACTOGRAM_FIRST_PROCESS"
+"""Variable that holds the process which started the others of a training."""
 
 
 @contextmanager
@@ -90,6 +93,10 @@ def _launched(training: TrainingSettings, accelerator: str, devices: int) -> Any
         fabric = Fabric(accelerator=accelerator, devices=devices, strategy=strategy, precision=precision)
     except (ValueError, RuntimeError, MisconfigurationException) as error:
         raise ParameterError(f"accelerator {accelerator}, devices {devices}: {first_line(error)}") from error
+    if is_first_process():
+        os.environ[FIRST_PROCESS] = str(os.getpid())
+    else:
+        start_worker(parent_id=int(os.environ.get(FIRST_PROCESS, os.getppid())))
     try:
         fabric.launch()
     except (RuntimeError, OSError) as error:

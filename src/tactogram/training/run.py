@@ -27,7 +27,7 @@ from tactogram.datasets.store.remote import is_remote
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import ImageKind, Kind, Model, SignalKind
 from tactogram.recipe import Recipe
-from tactogram.signal.io.atomic import write_text
+from tactogram.signal.io.atomic import clear_parts, write_text
 from tactogram.text_files import parse_json, path_of, read_json, read_text
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.validation import facts_of
@@ -188,8 +188,7 @@ class Run:
 
     def restore(self, learner: Model) -> TrainingPosition:
         """Load the last checkpoint into ``learner`` and drop later log lines."""
-        for left in self.folder.glob(".*.part.safetensors"):  # of a killed process
-            left.unlink(missing_ok=True)
+        clear_parts(self.folder)
         path = self.folder / "checkpoint.safetensors"
         position = TrainingPosition()
         if path.exists():
@@ -229,7 +228,12 @@ class Run:
         weights = {key: value for key, value in learner.state().items() if key != "optimisers"}
         save_state(self.folder / "model.safetensors", weights)
         self.write_json("model.json", {"version": VERSION, "kind": asdict(kind), **facts})
-        (self.folder / "checkpoint.safetensors").unlink(missing_ok=True)
+        self.forget_checkpoint()
+
+    def forget_checkpoint(self) -> None:
+        """Delete the checkpoint of a finished run, which a kill may have left."""
+        if (checkpoint := self.folder / "checkpoint.safetensors").exists():  # a finished run may be read-only
+            checkpoint.unlink()
 
     def _write_curves(self) -> None:
         lines = self.metrics()

@@ -1,12 +1,14 @@
 """Stores made and added to."""
 
 import os
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from tests.datasets.store.sample_recordings import FACTS, assert_same, recording
 
 from tactogram.datasets import add_recordings, create_store, open_store
 from tactogram.datasets.store.store import problems
+from tactogram.datasets.store.writing import insert_recording
 from tactogram.errors import DataError
 
 
@@ -31,6 +33,30 @@ def test_adding_to_what_another_changed_is_refused(tmp_path):
     with pytest.raises(DataError, match="changed by another process"):
         add_recordings(store, [recording(3)])
     assert sorted(os.listdir(store.path)) == before
+    assert problems(open_store(store.path)) == []
+
+
+def test_what_several_add_at_once_is_all_there(tmp_path):
+    store = create_store(tmp_path / "s", [recording(0)], **FACTS)
+    added = [recording(i) for i in range(1, 9)] * 2
+    with ThreadPoolExecutor(4) as pool:
+        done = list(pool.map(lambda each: insert_recording(store.path, each)[1], added))
+    assert sum(done) == 8
+    bigger = open_store(store.path)
+    assert {info.id for info in bigger.index} == {store.index[0].id, *(each.id for each in added)}
+    assert problems(bigger) == []
+
+
+def test_what_fails_after_the_store_was_replaced_leaves_the_new_one(tmp_path, monkeypatch):
+    store = create_store(tmp_path / "s", [recording(0)], **FACTS)
+
+    def fails(*_):
+        raise OSError("Input/output error")
+
+    monkeypatch.setattr("tactogram.datasets.store.writer.to_disk", fails)
+    with pytest.raises(OSError, match="Input/output"):
+        insert_recording(store.path, recording(1))
+    assert len(open_store(store.path)) == 2
     assert problems(open_store(store.path)) == []
 
 

@@ -1,12 +1,16 @@
+import os
 import re
+import shutil
 import stat
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
 import pytest
 
 from tactogram.errors import ParameterError
-from tactogram.signal.io.atomic import atomic_write, check_writable, write_text
+from tactogram.signal.io.atomic import atomic_write, check_writable, host_name, sole_writer, write_text
 
 
 def test_of_two_writers_each_writes_its_own_file_and_the_last_one_stays(tmp_path):
@@ -81,7 +85,7 @@ def test_no_other_code_renames_a_part_of_a_file():
         for path in folder.glob("**/src/**/*.py" if folder.name == "packages" else "**/*.py")
         if re.search(r"os\.(replace|rename)\(|\bpart\.(replace|rename)\(", path.read_text(encoding="utf-8"))
     }
-    folders = {"export.py", "folder.py", "pending.py"}
+    folders = {"folder.py", "pending.py"}
     assert found == {"atomic.py", *folders}
 
 
@@ -111,3 +115,44 @@ def test_a_file_in_a_folders_place_is_refused_and_the_other_way_round(tmp_path):
         check_writable(Path(__file__), folder=True)
     with pytest.raises(ParameterError, match="is a folder; a file is needed"):
         check_writable(tmp_path)
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from tactogram.signal.io.atomic import sole_writer
+
+with sole_writer(Path(sys.argv[1])):
+    print("writes", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_a_second_writer_is_refused_at_once_and_the_first_is_named(tmp_path):
+    path = tmp_path / "run"
+    with subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as other:
+        assert other.stdout.readline() == b"writes\n"
+        with pytest.raises(ParameterError, match=f"run: process {other.pid} writes it at present"):
+            sole_writer(tmp_path / "x" / ".." / "run").__enter__()
+        with sole_writer(tmp_path / "another"):
+            other.kill()
+    with sole_writer(path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_process_was_writing_goes_with_the_next_writer(tmp_path):
+    folder = tmp_path / "run" / "figures"
+    folder.mkdir(parents=True)
+    with atomic_write(folder / "loss.png") as own:
+        own.touch()
+        killed = own.with_name(own.name.replace(str(os.getpid()), "99999999"))
+        elsewhere = killed.with_name(killed.name.replace(host_name()[:16], "elsewhere"))
+        shutil.copy(own, killed), shutil.copy(own, elsewhere)
+        with sole_writer(tmp_path / "run"):
+            assert {*folder.iterdir()} == {own, elsewhere}
+        shutil.copy(own, killed)
+        with sole_writer(folder / "loss.png"):
+            assert {*folder.iterdir()} == {own, elsewhere}

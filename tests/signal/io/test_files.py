@@ -4,8 +4,11 @@ import bz2
 import gzip
 import json
 import lzma
+import os
 import struct
+import time
 import zipfile
+from datetime import datetime
 
 import h5py
 import numpy as np
@@ -162,6 +165,40 @@ def test_some_axes_can_be_read_by_name(tmp_path):
         write_signal(path, signal)
         assert_same_kind(read_signal(path, axes=("axis 2", "axis 0")), signal.select("axis 2", "axis 0"))
         np.testing.assert_array_equal(read_signal(path, axes=["axis 1"]).samples[0], signal.axis("axis 1"))
+
+
+@pytest.mark.parametrize("suffix", WRITABLE)
+def test_a_file_does_not_state_when_it_was_written(tmp_path, suffix):
+    path = tmp_path / f"a{suffix}"
+    begun = int(time.time())
+    write_signal(path, Signal(np.random.default_rng(0).normal(size=(3, 500)), 1000, "N"))
+    if zipfile.is_zipfile(path):
+        with zipfile.ZipFile(path) as archive:
+            assert {member.date_time for member in archive.infolist()} == {(1980, 1, 1, 0, 0, 0)}
+            content = b"".join(map(archive.read, archive.namelist()))
+    else:
+        content = path.read_bytes()
+    assert f"{datetime.now():%Y-%m-}".encode() not in content
+    assert not any(struct.pack("<I", at) in content for at in range(begun, int(time.time()) + 1))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no limit of a file's size")
+@pytest.mark.parametrize("suffix", WRITABLE)
+def test_a_full_disk_is_named_and_the_old_file_stays(tmp_path, suffix):
+    import resource
+
+    signal = Signal(np.random.default_rng(0).normal(size=(3, 5000)), 1000, "N")
+    path = tmp_path / f"a{suffix}"
+    write_signal(path, signal)
+    before = path.read_bytes()
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limit[1]))
+    try:
+        with pytest.raises(OSError, match=f"File too large: '{path}'"):
+            write_signal(path, signal)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert [file.read_bytes() for file in tmp_path.iterdir()] == [before]
 
 
 def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import numpy as np
+import psutil
 import pytest
 
 from tactogram.errors import StoppedError
@@ -75,6 +76,18 @@ def test_two_processes_train_as_one(alone, store, tmp_path):
     done = commanded("stroke_cnn", store, tmp_path / "run", "--split", "all", *changes)
     assert json.loads(done.stdout)["run"] == str(tmp_path / "run"), done.stderr
     check_as(Run(tmp_path / "run"), alone)
+
+
+@pytest.mark.slow
+def test_no_process_is_left_when_the_first_is_killed(store, tmp_path, until):
+    command = "-m tactogram train stroke_cnn --recipe quick --accelerator cpu --devices 2 --data"
+    with subprocess.Popen([sys.executable, *command.split(), store, "--out", tmp_path / "run"]) as first:
+        others = psutil.Process(first.pid).children
+        until(lambda: others() or first.poll() is not None)
+        begun = others()
+        first.kill()
+    assert begun
+    assert psutil.wait_procs(begun, timeout=60)[1] == []
 
 
 @pytest.mark.slow

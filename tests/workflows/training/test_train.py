@@ -104,6 +104,10 @@ def test_a_killed_training_goes_on_to_the_same_weights(run, store, tmp_path, tin
 
 def test_a_run_travels_in_one_file(run, tmp_path, texture):
     export_run(run.folder, tmp_path / "r.zip")
+    packed = (tmp_path / "r.zip").read_bytes()
+    os.utime(run.folder / "recipe.toml", (1e9, 1e9))
+    export_run(run.folder, tmp_path / "r.zip")
+    assert (tmp_path / "r.zip").read_bytes() == packed
     left = part_folder(tmp_path / "again")
     left = left.with_name(f"{left.name.rpartition('-')[0]}-99999999")  # of a process that is gone
     left.mkdir()

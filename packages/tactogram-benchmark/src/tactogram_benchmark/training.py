@@ -70,13 +70,16 @@ def trained_for(
     plan = training_plan(opened, model, seed=seed, recipe=recipe, model_folders=model_folders)
     run_folder = opened.folder / folder / f"{model.name}-{plan.identity}"
     with _alone(run_folder):
-        if not (run_folder / "model.safetensors").is_file():
+        run = Run(run_folder)
+        if run.finished:
+            run.forget_checkpoint()
+        else:
             begun, before = (run_folder / "recipe.toml").is_file(), training_seconds(run_folder) or 0.0
             started = time.perf_counter()
             try:
                 train_plan(
                     plan,
-                    Run(run_folder),
+                    run,
                     resume=begun,
                     accelerator="auto",
                     prepared=opened.prepared,

@@ -114,7 +114,7 @@ def run_benchmark(
         For an unknown task or model, more seeds than the tasks state, or a folder that cannot be written to.
     """
     from tactogram import models
-    from tactogram.signal.io import check_writable
+    from tactogram.signal.io import check_writable, clear_parts
     from tactogram.workflows import run_tasks, silent
     from tactogram_benchmark.data import STORES_VARIABLE, open_task
     from tactogram_benchmark.ignoring import IGNORING
@@ -145,6 +145,7 @@ def run_benchmark(
     }
     for each in (work, results):
         check_writable(each, folder=True)
+        clear_parts(each)
     cells: list[BenchmarkCell] = []
     skipped: list[str] = []
     named: set[str] = set()

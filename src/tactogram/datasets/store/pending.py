@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import os
-import re
 import shutil
-import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo
 from tactogram.errors import DataError, Remedy, RunError
-from tactogram.signal.io.atomic import to_disk
+from tactogram.signal.io.atomic import host_name, is_running, to_disk
 
 
 def part_folder(path: Path) -> Path:
@@ -154,23 +152,3 @@ class StagedFiles:
     def forget_notes(self) -> None:
         """Remove the list of pending files once they are complete or removed."""
         self._noted.unlink(missing_ok=True)
-
-
-def host_name() -> str:
-    """Return this machine's name as used in file names, since process numbers belong to one machine."""
-    return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"
-
-
-def is_running(process: int) -> bool:
-    """Return whether there is a process of this number on this machine."""
-    if os.name == "nt":  # where signal 0 would end it
-        import psutil
-
-        return bool(psutil.pid_exists(process))
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True

@@ -29,7 +29,7 @@ from tactogram.datasets.store.shards import ShardWriter
 from tactogram.datasets.store.store import Store
 from tactogram.errors import DataError
 from tactogram.signal import Image
-from tactogram.signal.io.atomic import atomic_write, to_disk
+from tactogram.signal.io.atomic import atomic_write, to_disk, turn
 
 KEPT_S = 60.0
 """Seconds between checkpoints: what a killed job does again."""
@@ -80,12 +80,13 @@ class StoreWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, error: type[BaseException] | None, *_: object) -> None:
         self._shards.abandon()
         self._pictures.abandon()
         if not self._done and self.facts.unfinished is None:
             self._files.remove()
-        self._files.forget_notes()
+        if error is None or not self._done:  # otherwise earlier files may be left, which the notes name
+            self._files.forget_notes()
 
     def add(self, recording: Recording, photograph: Photograph | None = None) -> bool:
         """Add one recording, with ``photograph`` if it has no image; return False if its samples are already stored.
@@ -187,7 +188,6 @@ class StoreWriter:
         ids.sort(order="id")
         sha256 = store_hash(ids, self.photographs, rated_hash)
         ids_file = f"ids-{sha256[:16]}.npy"
-        self._save_ids(ids, self.folder / ids_file)
         facts = replace(
             self.facts,
             simulated=self._simulated,
@@ -203,20 +203,23 @@ class StoreWriter:
             ratings_sha256=rated_hash,
             unfinished=unfinished,
         )
-        if self._store is not None and StoreInfo.load(self.folder) != self.facts:
-            raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
-        with atomic_write(self.folder / FACTS) as part:
-            self._files.begin(part)
-            part.write_text(facts.text(), encoding="utf-8")
+        with turn(self.folder):
+            if self._store is not None and StoreInfo.load(self.folder) != self.facts:
+                raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
+            self._save_ids(ids, self.folder / ids_file)
+            with atomic_write(self.folder / FACTS) as part:
+                self._files.begin(part)
+                part.write_text(facts.text(), encoding="utf-8")
+                if self._files.durable:
+                    self._files.to_disk()
+            # From here on the store names the new files, and they stay even if what follows fails.
+            earlier, self.facts, self._done = self.facts, facts, self._store is not None
             if self._files.durable:
-                self._files.to_disk()
-        if self._files.durable:
-            to_disk(self.folder)
-        if self.facts.ids not in ("", ids_file):
-            (self.folder / self.facts.ids).unlink(missing_ok=True)
-        if self.facts.ratings is not None and self.facts.ratings != rated:
-            (self.folder / self.facts.ratings.file).unlink(missing_ok=True)
-        self.facts = facts
+                to_disk(self.folder)
+        if earlier.ids not in ("", ids_file):
+            (self.folder / earlier.ids).unlink(missing_ok=True)
+        if earlier.ratings is not None and earlier.ratings != rated:
+            (self.folder / earlier.ratings.file).unlink(missing_ok=True)
         return facts
 
     def publish(self, path: Path) -> StoreInfo:

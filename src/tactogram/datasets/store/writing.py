@@ -30,7 +30,7 @@ from tactogram.datasets.store.writer import StoreWriter
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
 
-ATTEMPTS = 3
+ATTEMPTS = 20
 """Attempts where another process adds to the store at the same moment."""
 
 
@@ -171,21 +171,32 @@ def append_recording(path: Path, recording: Recording, *, name: str, licence: st
             writer.add(recording)
             writer.publish(path)
         return open_store(path)
-    for attempt in range(ATTEMPTS):
+    store, added = insert_recording(path, recording)
+    if not added:
+        raise DataError(
+            f"{path} holds the same samples already, as {store.info(recording.id).source or recording.id}; "
+            "is a recording being played instead of recorded?"
+        )
+    return store
+
+
+def insert_recording(path: Path | str, recording: Recording) -> tuple[Store, bool]:
+    """Add ``recording`` to a store unless it is stored; return the store, and whether it was added.
+
+    When this returns, the recording is on the disk. Several processes may do so at once. Errors as `append_recording`.
+    """
+    for left in reversed(range(ATTEMPTS)):
         store = open_store(path)
         with StoreWriter(store.folder, store.facts, store, durable=True) as writer:
             if not writer.add(recording):
-                raise DataError(
-                    f"{path} holds the same samples already, as {store.info(recording.id).source or recording.id}; "
-                    "is a recording being played instead of recorded?"
-                )
+                return store, False
             try:
                 writer.finish()
                 break
             except DataError:
-                if attempt == ATTEMPTS - 1:
+                if not left:
                     raise
-    return open_store(path)
+    return open_store(path), True
 
 
 def recover_store(path: Path) -> tuple[Store | None, list[str]]:

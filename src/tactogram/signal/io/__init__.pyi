@@ -1,4 +1,5 @@
 from .archives import (
+    UndatedZip as UndatedZip,
     UnpackedSizeError as UnpackedSizeError,
     check_archive as check_archive,
 )
@@ -8,6 +9,7 @@ from .arrays import (
 from .atomic import (
     atomic_write as atomic_write,
     check_writable as check_writable,
+    clear_parts as clear_parts,
     lock as lock,
     write_text as write_text,
 )

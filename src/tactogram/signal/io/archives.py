@@ -1,4 +1,4 @@
-"""Archives (NPZ, XLSX) and compressed tables, whose size is checked before they are unpacked."""
+"""Archives: ZIP without times, and (NPZ, XLSX, compressed tables) a check of the size before they are unpacked."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
@@ -27,6 +27,19 @@ MOST_GROWTH = 100
 
 
 _BESIDE = re.compile(r"__MACOSX|(^|/)meta/|(^|/)(Study)?(Metadata|Annotation)\.csv$")
+
+
+class UndatedZip(zipfile.ZipFile):
+    """Compressed archive to be written, whose bytes follow from the members' names and content alone."""
+
+    def __init__(self, file: Path | IO[bytes]) -> None:
+        super().__init__(file, "w", zipfile.ZIP_DEFLATED)
+
+    def open(self, name: str | zipfile.ZipInfo, mode: Any = "r", *args: Any, **options: Any) -> IO[bytes]:
+        """Open a member without its time, permissions and system."""
+        if isinstance(name, zipfile.ZipInfo) and mode == "w":
+            name.date_time, name.external_attr, name.create_system = (1980, 1, 1, 0, 0, 0), 0o644 << 16, 3
+        return super().open(name, mode, *args, **options)
 
 
 class UnpackedSizeError(DataError):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
 import secrets
+import socket
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from tactogram.errors import ParameterError
@@ -18,11 +21,12 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
     """Yield a path of the same suffix whose file replaces ``path`` on success and is removed otherwise.
 
     Readers find the old file or the new one, complete; of several writers, the last one wins. The folder is made if
-    missing. ``durable`` synchronises the file to the disk before it is renamed, so that it survives a power cut.
-    Without ``over``, an existing file stays.
+    missing, and an `OSError` names ``path``. ``durable`` synchronises the file to the disk before it is renamed, so
+    that it survives a power cut. Without ``over``, an existing file stays.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.stem[:40]}-{secrets.token_hex(4)}.part{path.suffix}")
+    whose = f"{host_name()[:16]}-{os.getpid()}-{secrets.token_hex(4)}"
+    part = path.with_name(f".{path.stem[:40]}-{whose}.part{path.suffix}")
     try:
         yield part
         if durable:
@@ -31,8 +35,22 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
             part.replace(path)
         else:
             _take(part, path)
+    except OSError as error:
+        if error.filename in (None, str(part)):
+            error.filename = str(path)
+        raise
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # such as of a folder that cannot be written, or a part that was renamed
+            part.unlink()
+
+
+def clear_parts(path: Path) -> None:
+    """Remove what killed processes of this machine were writing in a folder, or beside a file."""
+    parts = path.rglob(".*.part*") if path.is_dir() else path.parent.glob(".*.part*")
+    for part in parts:
+        whose = re.search(rf"-{re.escape(host_name()[:16])}-(\d+)-[0-9a-f]{{8}}\.part", part.name)
+        if whose and not is_running(int(whose[1])):
+            part.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -84,6 +102,48 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
         raise ParameterError(f"{path}: cannot be written ({error.strerror}); give another place") from error
 
 
+@contextmanager
+def sole_writer(path: Path) -> Iterator[None]:
+    """Refuse to write to ``path`` while another process of this user and machine does, with a `ParameterError`.
+
+    However that process ends, the system unlocks the place, and the next writer clears it (`clear_parts`). Without
+    locks both may write, and the later one to finish fails or replaces the file.
+    """
+    place = hashlib.sha256(os.fsencode(os.path.realpath(path))).hexdigest()[:16]
+    note = Path(tempfile.gettempdir()) / f"tactogram-writer-{place}"
+    with ExitStack() as stack:
+        with suppress(OSError):
+            held = stack.enter_context(note.open("a+"))
+            if not lock(held.fileno()):
+                held.seek(0)
+                who = held.read() or "another process"
+                raise ParameterError(f"{path}: {who} writes it at present; wait for it, or stop it first")
+            if os.name != "nt":  # where open files stay
+                stack.callback(note.unlink, missing_ok=True)
+            held.truncate(0)
+            held.write(f"process {os.getpid()}")
+            held.flush()
+            clear_parts(path)
+        yield
+
+
+@contextmanager
+def turn(folder: Path) -> Iterator[None]:
+    """Wait until no other process has its turn in a folder; on Windows, and without locks, nothing is waited for."""
+    if sys.platform == "win32":
+        yield
+        return
+    import fcntl
+
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        with suppress(OSError):
+            fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(opened)
+
+
 def lock(opened: int, *, shared: bool = False) -> bool:
     """Lock the open file of a descriptor until it is closed, without waiting; return whether it is locked.
 
@@ -106,4 +166,24 @@ def lock(opened: int, *, shared: bool = False) -> bool:
         fcntl.flock(opened, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
     except BlockingIOError:
         return False
+    return True
+
+
+def host_name() -> str:
+    """Return this machine's name as used in file names, since process numbers belong to one machine."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", socket.gethostname()) or "host"
+
+
+def is_running(process: int) -> bool:
+    """Return whether there is a process of this number on this machine."""
+    if os.name == "nt":  # where signal 0 would end it
+        import psutil
+
+        return bool(psutil.pid_exists(process))
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
     return True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import struct
@@ -113,8 +114,10 @@ def write(
     # More than two channels or 16 bits need WAVE_FORMAT_EXTENSIBLE (Microsoft, multichannel audio with WAV).
     extensible = len(samples) > 2 or subtype in ("PCM_24", "PCM_32")
     form = "FLAC" if suffix == ".flac" else "WAVEX" if extensible else "WAV"
+    # In memory, since libsndfile does not say why it cannot write to a file, such as a full disk.
+    encoded = io.BytesIO()
     try:
-        with soundfile.SoundFile(_name(path), "w", rate, len(samples), subtype, format=form) as file:
+        with soundfile.SoundFile(encoded, "w", rate, len(samples), subtype, format=form) as file:
             if suffix == ".flac":
                 file.comment = comment
             file.write(samples.T)
@@ -123,7 +126,9 @@ def write(
             f"{signal.rate:g} Hz, {len(samples)} axes as {form} {subtype}: {one_line(error)}"
         ) from error
     if suffix == ".wav":
-        append_comment(path, comment)
+        _append_comment(encoded, comment)
+        _clear_time(encoded)
+    path.write_bytes(encoded.getbuffer())
 
 
 def _name(path: Path) -> str | bytes:
@@ -290,16 +295,23 @@ def _comment(chunk: bytes) -> str | None:
     return None
 
 
-def append_comment(path: Path, text: str) -> None:
+def _append_comment(file: BinaryIO, text: str) -> None:
     """Append ``text`` (ASCII) to a RIFF file as the INFO chunk's ICMT.
 
     libsndfile writes such comments too, but silently drops them from some 4,000 characters on.
     """
     value = text.encode("ascii") + b"\0"
     info = b"INFO" + struct.pack("<4sI", b"ICMT", len(value)) + value + b"\0" * (len(value) % 2)
-    with path.open("r+b") as file:
-        end = file.seek(0, os.SEEK_END)
-        file.write(b"\0" * (end % 2) + struct.pack("<4sI", b"LIST", len(info)) + info)
-        length = file.tell()
-        file.seek(4)
-        file.write(struct.pack("<I", length - 8))
+    end = file.seek(0, os.SEEK_END)
+    file.write(b"\0" * (end % 2) + struct.pack("<4sI", b"LIST", len(info)) + info)
+    length = file.tell()
+    file.seek(4)
+    file.write(struct.pack("<I", length - 8))
+
+
+def _clear_time(file: io.BytesIO) -> None:
+    """Set the time in the chunk PEAK, which stands before the samples of floats, to 0."""
+    head, _, _ = bytes(file.getbuffer()[:256]).partition(b"data")
+    if (peak := head.find(b"PEAK")) > 0:
+        file.seek(peak + 12)  # name, size and version of the chunk
+        file.write(bytes(4))

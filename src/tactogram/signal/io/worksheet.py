@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.extras import imported
-from tactogram.signal.io.archives import check_archive, decoding
+from tactogram.signal.io.archives import UndatedZip, check_archive, decoding
 from tactogram.signal.io.content import RawTable, SignalDescription, decode
 from tactogram.signal.io.table import heading, table_of_cells
 from tactogram.signal.signal import Signal
@@ -78,7 +79,11 @@ def write(path: Path, signal: Signal, description: SignalDescription) -> None:
     for i, row in enumerate(signal.samples.T.tolist()):
         sheet.append([i / signal.rate, *row])
     book.create_sheet(DESCRIPTION).append([description.encode()])
-    book.save(path)
+    for each in book.worksheets:  # or openpyxl complains at its end when the disk is full
+        each.close()
+    book.properties.created = book.properties.modified = datetime(1980, 1, 1)
+    with UndatedZip(path) as archive:  # `book.save` states the time
+        openpyxl.writer.excel.ExcelWriter(book, archive).save()
 
 
 def _opened(path: Path) -> Any:

@@ -321,9 +321,10 @@ def add_signal(
     ParameterError
         If the store has several streams and ``stream`` is None.
     """
-    from tactogram.datasets import Recording, add_recordings, open_store
+    from tactogram.datasets import Recording, open_store
     from tactogram.datasets.rates import CommonRates
     from tactogram.datasets.recording import FileReading
+    from tactogram.datasets.store.writing import insert_recording
     from tactogram.signal.io import read_file, read_image
 
     store, file = open_store(path), Path(file)
@@ -351,12 +352,12 @@ def add_signal(
         reading=FileReading(read.columns, False, read.timing, estimated),
     )
     recording = CommonRates.of(store).united(recording)
-    bigger = add_recordings(store, [recording], durable=True)
+    bigger, added = insert_recording(path, recording)
     return {
         "path": str(path),
         "id": recording.id,
         "material": material,
-        "added": len(bigger) > len(store),
+        "added": added,
         "recordings": len(bigger),
         "sha256": bigger.sha256,
         "sha256_before": store.sha256,

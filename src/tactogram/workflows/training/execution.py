@@ -55,6 +55,7 @@ def train_plan(
     if first:
         claim_run(run, plan.identity, resume)
     if fabric.broadcast(run.finished):
+        run.forget_checkpoint()
         return run
     if first:
         check_writable(run.folder, folder=True)
@@ -148,6 +149,7 @@ def resume(
     """
     run = open_run(folder)
     if run.finished:
+        run.forget_checkpoint()
         return run
     return train_plan(
         plan_of(run, data=data, model_folders=model_folders),

@@ -16,7 +16,7 @@ from tactogram.datasets.store.pending import new_folder
 from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.model import SignalKind
 from tactogram.models import ModelInfo
-from tactogram.signal.io.archives import decoding
+from tactogram.signal.io.archives import UndatedZip, decoding
 from tactogram.signal.io.atomic import atomic_write, write_text
 from tactogram.training.run import Run, open_run
 from tactogram.workflows import hub
@@ -185,7 +185,7 @@ def export_run(run: Path | str, out: Path | str) -> dict[str, Any]:
         for f in sorted(opened.folder.rglob("*"))
         if f.is_file() and f.name not in LEFT_OUT and not f.name.startswith(".")
     ]
-    with atomic_write(target) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as packed:
+    with atomic_write(target) as part, UndatedZip(part) as packed:
         for file in files:
             packed.write(file, file.relative_to(opened.folder).as_posix())
     return {"file": str(target), "files": len(files), "bytes": target.stat().st_size}

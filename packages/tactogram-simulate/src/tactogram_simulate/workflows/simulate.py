@@ -151,8 +151,10 @@ def simulate_to_store(
         for material, image in chain(shown, rated.photographs if rated else ()):
             writer.add_photograph(image, material)
         writer.ratings = rated.ratings if rated else None
+        _cues_file(out).unlink(
+            missing_ok=True
+        )  # first: a simulation that is repeated is refused once there is a store
         writer.publish(out)
-    _cues_file(out).unlink(missing_ok=True)
     store = open_store(out)
     report = {
         "store": str(out),

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from tactogram.main_script import start_worker
+
 State = Literal["absent", "making", "ready", "failed"]
 PER_CLASS, SECONDS, SEED = 2, 1.5, 0
 SPEEDS_MM_S = (50.0, 100.0, 200.0)
@@ -99,4 +101,5 @@ def make(store: Path, run: Path) -> None:
 
 
 if __name__ == "__main__":
+    start_worker(parent_id=os.getppid())  # a later server would make them anew in the same folders
     make(Path(sys.argv[1]), Path(sys.argv[2]))

@@ -9,13 +9,12 @@ from __future__ import annotations
 import csv
 import json
 import re
-import shutil
-import tempfile
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from tactogram.datasets import new_folder
 from tactogram.errors import DataError
 from tactogram.signal.io import atomic_write
 from tactogram_study.answers import Answers, cells
@@ -141,16 +140,10 @@ def export_bids(store: SessionStore, out: Path) -> Path:
     answers = store.answers()
     if not len(answers):
         raise DataError(store.path.parent, "holds no answer to export")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(prefix=f".{out.name}.part-", dir=out.parent))
-    try:
+    if out.exists():
+        out.rmdir()
+    with new_folder(out) as part:
         _write(part, store, answers)
-        part.chmod(0o755)
-        if out.exists():
-            out.rmdir()
-        part.replace(out)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
     return out
 
 

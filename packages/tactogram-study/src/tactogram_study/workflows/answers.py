@@ -11,7 +11,6 @@ import json
 import shutil
 import sqlite3
 import tempfile
-import zipfile
 from collections.abc import Mapping
 from contextlib import closing, suppress
 from dataclasses import dataclass
@@ -20,7 +19,7 @@ from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import checked
-from tactogram.signal.io import write_text
+from tactogram.signal.io import UndatedZip, write_text
 from tactogram.text_files import read_json
 from tactogram_study.answers import SUFFIXES, Answers, read_answers, write_answers
 from tactogram_study.session.answer_import import TableMapping, import_answers
@@ -77,7 +76,7 @@ def export_zip(folder: Path | str, *, kind: Literal["tables", "bids"]) -> tuple[
             whole.mkdir()
             export_study(folder, out=whole / "answers.csv")
         packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as file:
+        with UndatedZip(packed) as file:
             for path in sorted(whole.rglob("*")):
                 if path.is_file():
                     file.write(path, path.relative_to(whole.parent))
