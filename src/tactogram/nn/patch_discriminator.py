@@ -5,7 +5,6 @@ References
 - Isola, P. et al. (2017). Image-to-image translation with conditional adversarial networks. CVPR. Sec. 3.2.2.
 - Wang, T.-C. et al. (2018). High-resolution image synthesis and semantic manipulation with conditional GANs.
   CVPR. Sec. 3.2 and 9.
-- Miyato, T. & Koyama, M. (2018). cGANs with projection discriminator. ICLR. Eq. 3 and Fig. 1d.
 """
 
 from __future__ import annotations
@@ -101,21 +100,3 @@ def _norm(norm: Norm, width: int) -> nn.Module:
     if norm == "batch":
         return nn.BatchNorm2d(width)
     return nn.InstanceNorm2d(width) if norm == "instance" else nn.Identity()
-
-
-class LabelProjection(nn.Module):
-    """Label of a projection discriminator (Miyato & Koyama 2018), which meets the features in an inner product.
-
-    ``y^T V phi(x)``, to be added to the logit ``psi(phi(x))``; without the paper's spectral normalisation.
-
-    The paper's labels are one-hot; scores of several words at once are a weighted sum of V's rows.
-    """
-
-    def __init__(self, features: int, labels: int) -> None:
-        super().__init__()
-        self.embedding = nn.Linear(labels, features, bias=False)
-
-    def forward(self, features: Tensor, label: Tensor) -> Tensor:
-        """Return the products, shape (batch,), of features (batch, feature) and labels (batch, label)."""
-        products: Tensor = (self.embedding(label) * features).sum(1)  # B, F -> B
-        return products

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
-from pydantic import Field, PositiveInt, model_validator
+from pydantic import Field, PositiveInt
 
 from tactogram.model import ModelConfig
 
@@ -29,17 +29,9 @@ class Config(ModelConfig):
     image_weight: float = Field(default=5000.0, gt=0, allow_inf_nan=False)
     """Factor of real and generated images, relative to the scores, in the discriminator's input. Sec. II-C: 1, 1,000,
     5,000 and 10,000; 5,000 gave the least error (Fig. 5)."""
-    label_input: Literal["planes", "normalised", "projection", "none"] = "planes"
-    """How the discriminator sees scores. ``planes``: as further planes of the image (Sec. II-C, Fig. 3). The others are
-    ours, since Sec. III-A calls the balance of image and label crucial. ``normalised``: in a branch of its own, whose
-    channels are normalised as those of the image's first layer are, so that no weight decides. ``projection``: by an
-    inner product with the image's features (Miyato & Koyama 2018). ``none``: only by ``regression_weight``."""
-    regression_weight: float = Field(default=0.0, ge=0, allow_inf_nan=False)
-    """Weight of the cross-entropy of the scores that a second output predicts from the image alone, as the classes in
-    Odena et al. 2017: the discriminator learns it on real images, the generator minimises it. Ours."""
-    fake_scores: Literal["uniform", "rated"] = "uniform"
-    """Scores of generated images in training: uniform random numbers (Sec. II-C), or those of the real images of the
-    batch. Ours: random scores alone reveal a generated image."""
+    words_weight: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    """Weight, in the generator's loss, of the squared difference of the scores asked and those that a regression on the
+    real images predicts of the generated image (`ScoreRegression`). Ours: as published there is none."""
     learning_rate: float = Field(default=0.002, gt=0, allow_inf_nan=False)
     """Of Adam, both networks. Table 4, step size."""
     betas: tuple[Beta, Beta] = (0.5, 0.999)
@@ -50,17 +42,6 @@ class Config(ModelConfig):
     """Table 4."""
     updates: int = Field(default=1000, gt=0)
     """Of each network. Table 4, "Iterations 1,000", read as updates: as passes over 320 images it would be 10,000."""
-
-    @model_validator(mode="after")
-    def _regression_sees_no_scores(self) -> Config:
-        if self.regression_weight and self.label_input not in ("projection", "none"):
-            raise ValueError(
-                "regression_weight must be 0 unless label_input is 'projection' or 'none', where the predicted scores "
-                f"are not among the inputs; got {self.regression_weight:g} with {self.label_input!r}"
-            )
-        if self.label_input == "none" and not self.regression_weight:
-            raise ValueError("regression_weight must be > 0 with label_input 'none', got 0")
-        return self
 
     @property
     def size(self) -> int:

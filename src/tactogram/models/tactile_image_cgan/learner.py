@@ -1,7 +1,6 @@
 """The conditional GAN of Sec. II-C: from ten scores and noise to an image.
 
-Letters in shapes: B batch, Z noise, W words, S rows and columns, C and D channels of the discriminator's first and last
-hidden layer.
+Letters in shapes: B batch, Z noise, W words, S rows and columns.
 """
 
 from __future__ import annotations
@@ -20,10 +19,11 @@ from tactogram.errors import ParameterError
 from tactogram.evaluation.pictures.distances import ImageSpread, image_spread, mean_distance
 from tactogram.model import ImageExample, ImageKind, Kind, Stage
 from tactogram.models.tactile_image_cgan.config import Config
+from tactogram.models.tactile_image_cgan.seen_features import seen_features
 from tactogram.nn.adversarial_networks import AdversarialPair
 from tactogram.nn.initial_weights import normal_
-from tactogram.nn.patch_discriminator import LabelProjection
-from tactogram.training.labelled_images import LabelledImages, RatedImageLearner
+from tactogram.nn.score_regression import ScoreRegression
+from tactogram.training.labelled_images import LabelledImages, RatedImageLearner, as_floats
 from tactogram.training.seeds import torch_seeded
 
 KERNEL = 4
@@ -64,7 +64,7 @@ class Generator(nn.Module):
 
 
 class Discriminator(nn.Module):
-    """Table 3: an image with its scores, each score as a plane, to one number; our variants by `label_input`.
+    """Table 3: an image with its scores, each score as a plane, to one number.
 
     The final sigmoid of Table 3 is computed with the loss, where it loses no digits: `forward` returns its input.
     """
@@ -72,17 +72,12 @@ class Discriminator(nn.Module):
     def __init__(self, config: Config, words: int) -> None:
         super().__init__()
         first, *_, last = widths = config.widths[::-1]
-        self.label_input, self.image_weight = config.label_input, config.image_weight
-        inputs = [COLOURS, *widths[:-1]]  # channels
-        if self.label_input == "planes":
-            inputs[0] += words
-        elif self.label_input == "normalised":
-            inputs[1] += first
+        self.image_weight = config.image_weight
         layers: list[nn.Module] = [
-            nn.Conv2d(inputs[0], first, KERNEL, 2, 1, bias=config.biases),
+            nn.Conv2d(COLOURS + words, first, KERNEL, 2, 1, bias=config.biases),
             nn.LeakyReLU(config.leak),
         ]
-        for into, out in zip(inputs[1:], widths[1:], strict=True):
+        for into, out in pairwise(widths):
             layers += [
                 nn.Conv2d(into, out, KERNEL, 2, 1, bias=config.biases),
                 nn.BatchNorm2d(out),
@@ -90,30 +85,16 @@ class Discriminator(nn.Module):
             ]
         layers.append(nn.Conv2d(last, 1, KERNEL, 1, 0, bias=config.biases))
         self.layers = nn.Sequential(*layers)
-        self.branch = nn.Linear(words, first) if self.label_input == "normalised" else None
-        self.projection = LabelProjection(last, words) if self.label_input == "projection" else None
-        self.regression = nn.Linear(last, words) if config.regression_weight else None
         normal_(self, config.gain)
 
-    def forward(self, images: Tensor, scores: Tensor) -> tuple[Tensor, Tensor | None]:
-        """Return the logit of being real, shape (batch,), and those of the predicted scores (batch, word), if any.
+    def forward(self, images: Tensor, scores: Tensor) -> Tensor:
+        """Return the logit of being real, (batch,), of images (batch, 3, size, size) with scores (batch, word).
 
-        ``images`` are (batch, 3, size, size), ``scores`` (batch, word). Real and generated images alike are weighted
-        here (Sec. II-C).
+        Real and generated images alike are weighted here (Sec. II-C).
         """
-        x = self.image_weight * images  # B, 3, S, S
-        if self.label_input == "planes":
-            x = torch.cat((x, scores[:, :, None, None].expand(-1, -1, *x.shape[2:])), 1)  # B, 3 + W, S, S
-        x = self.layers[:2](x)  # B, C, S/2, S/2
-        if self.branch is not None:
-            label = F.layer_norm(self.branch(scores), x.shape[1:2])[:, :, None, None]  # B, C, 1, 1
-            x = torch.cat((F.group_norm(x, 1), label.expand_as(x)), 1)  # B, 2 C, S/2, S/2
-        x = self.layers[2:-1](x)  # B, D, 4, 4
-        logits = self.layers[-1](x).flatten()  # B
-        features = x.mean((2, 3))  # B, D
-        if self.projection is not None:
-            logits = logits + self.projection(features, scores)
-        return logits, None if self.regression is None else self.regression(features)
+        planes = scores[:, :, None, None].expand(-1, -1, *images.shape[2:])  # B, W, S, S
+        logits: Tensor = self.layers(torch.cat((self.image_weight * images, planes), 1))  # B, 1, 1, 1
+        return logits.flatten()  # B
 
 
 class TactileImageLearner(RatedImageLearner):
@@ -126,6 +107,8 @@ class TactileImageLearner(RatedImageLearner):
         if not isinstance(kind, ImageKind):
             raise ParameterError("tactile_image_cgan learns from rated images, got signals")
         super().__init__(config, kind, seed=seed, device=device)
+        self.regression: ScoreRegression | None = None
+        """From the real images to their scores, if the generator's loss has `Config.words_weight`."""
         self._cached: tuple[Any, LabelledImages] | None = None
         with torch_seeded(seed, "weights"):
             self.gan = AdversarialPair(
@@ -160,6 +143,10 @@ class TactileImageLearner(RatedImageLearner):
         self, stage: Stage, examples: Sequence[ImageExample], *, seed: int, start: int = 0
     ) -> Iterator[tuple[Tensor, Tensor]]:
         images = self._images(examples)
+        if self.config.words_weight:
+            real, labels = torch.from_numpy(as_floats(images.pixels)), torch.from_numpy(images.labels)
+            device = self.gan.device
+            self.regression = ScoreRegression(seen_features(real).to(device), labels.to(device))
         for number in range(start, stage.steps):
             pixels, labels = images.batch(number, self.config.batch_size, seed=seed, share=self.share)
             yield torch.from_numpy(pixels), torch.from_numpy(labels)
@@ -169,35 +156,26 @@ class TactileImageLearner(RatedImageLearner):
 
         Fakes have uniform random scores, real images their own (Sec. II-C). The order of the networks, and that both
         see one draw, is assumed. Both losses are Eq. 2; the generator's has the label of real images. With
-        `Config.regression_weight`, each network's sum has the cross-entropy of the predicted scores, too.
+        `Config.words_weight` it has the error of the scores predicted of its images, too.
         """
         gan = self.gan
         gan.train(0.0)
         images, labels = (part.to(gan.device) for part in batch)  # B, 3, S, S; B, W
         noise = torch.randn(len(images), self.config.noise, device=gan.device)
-        scores = torch.rand_like(labels) if self.config.fake_scores == "uniform" else labels
+        scores = torch.rand_like(labels)
         generated = gan.generator(noise, scores)  # B, 3, S, S
-        real, predicted = gan.discriminator(images, labels)  # B; B, W
-        fake, _ = gan.discriminator(generated.detach(), scores)  # B
+        real, fake = gan.discriminator(images, labels), gan.discriminator(generated.detach(), scores)  # B
         loss_d = _cross_entropy(real, 1.0) + _cross_entropy(fake, 0.0)
-        words_d = self._regression(predicted, labels)
-        gan.descend(1, loss_d + words_d)
+        gan.descend(1, loss_d)
         with gan.fixed_discriminator():
-            outputs, predicted = gan.discriminator(generated, scores)  # B; B, W
-            loss_g = _cross_entropy(outputs, 1.0)
-            words_g = self._regression(predicted, scores)
-        gan.descend(0, loss_g + words_g)
+            loss_g = _cross_entropy(gan.discriminator(generated, scores), 1.0)
         right = ((real > 0).float().mean() + (fake < 0).float().mean()) / 2
         losses = {"generator": loss_g.item(), "discriminator": loss_d.item(), "correct": right.item()}
-        if self.config.regression_weight:
-            losses |= {"words_generator": words_g.item(), "words_discriminator": words_d.item()}
+        if self.regression is not None:
+            words = self.config.words_weight * self.regression.loss(seen_features(generated.float()), scores)
+            loss_g, losses["words"] = loss_g + words, words.item()
+        gan.descend(0, loss_g)
         return losses
-
-    def _regression(self, predicted: Tensor | None, scores: Tensor) -> Tensor:
-        """Return the weighted cross-entropy of predicted scores, given as logits; 0 without them."""
-        if predicted is None:
-            return scores.new_zeros(())
-        return self.config.regression_weight * F.binary_cross_entropy_with_logits(predicted.float(), scores)
 
     def validate(self, examples: Sequence[ImageExample]) -> dict[str, float]:
         """Return the spread of images for labels of ``examples`` or, if there are too few, of training."""

@@ -26,12 +26,6 @@ class Config(ModelConfig):
     """Divide the display signals, too, each to the cluster with the nearest mean ratings. Ours: the paper has "a
     separate CGAN … for each cluster" (Sec. IV-C) and does not state which display data it sees."""
 
-    fakes_scored_as: Literal["surface", "display"] = "surface"
-    """Scores of generated spectra in training: of the surface under the sensor (Sec. IV-C), or of a display signal
-    drawn separately. Ours: surfaces and display signals are scored so differently that the scores alone distinguish
-    the sides, whatever is generated; with ``"display"`` both sides have the same scores, and only a spectrum that fits
-    them passes. In use, scores are those of the surface either way."""
-
     # -- spectra, Sec. III-B
     stable_s: float = Field(default=2.0, ge=1, allow_inf_nan=False)
     """Stable part of a measurement. Sec. III-B: 2 s of 2.5 s, not stated which. Assumed: the middle."""
@@ -52,9 +46,6 @@ class Config(ModelConfig):
     """Sec. IV-A."""
     discriminator_widths: tuple[PositiveInt, ...] = Field(default=(64, 32), min_length=1)
     """Table 3."""
-    discriminator: Literal["concatenated", "projection"] = "concatenated"
-    """Words at the discriminator's input (Table 3), or only in an inner product with its last hidden layer. Ours, after
-    Miyato & Koyama 2018, Eq. (4): ratings beside the spectrum distinguish the sides whatever is generated."""
     leak: float = Field(default=0.01, ge=0, lt=1)
     """Negative slope of LeakyReLU. Eq. (1)."""
 
@@ -69,6 +60,9 @@ class Config(ModelConfig):
     """Of Adam. Table 4."""
     batch_size: int = Field(default=64, gt=1)
     """Table 4. Of each side: 64 generated and 64 display spectra. Assumed."""
+    words_weight: float = Field(default=0.0, ge=0, allow_inf_nan=False)
+    """Weight, in the generator's loss, of the squared difference of the scores asked and those that a regression on the
+    display signals predicts of the generated spectrum (`ScoreRegression`). Ours: as published there is none."""
     iterations: int = Field(default=200_000, gt=0)
     """Per cluster. Table 4."""
 

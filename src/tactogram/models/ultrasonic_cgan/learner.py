@@ -22,12 +22,14 @@ from tactogram.models.ultrasonic_cgan.pair import ClusterNetworks, TrainedCluste
 from tactogram.models.ultrasonic_cgan.spectra import (
     SideSpectra,
     display_side,
+    felt_features,
     sensor_side,
     sensor_spectra,
     signals_of,
     surfaces_of,
 )
 from tactogram.models.ultrasonic_cgan.surfaces import SurfaceTable
+from tactogram.nn.score_regression import ScoreRegression
 from tactogram.signal import Signal
 from tactogram.training.seeds import child_rng
 
@@ -79,6 +81,7 @@ class UltrasonicCGANLearner(Model):
         if self.config.display_by_cluster:
             rows = (rows[0], surfaces.display_rows(data.display, cluster))
         data.move(surfaces, self.pair.device)
+        self.pair.regression = data.regression() if self.config.words_weight else None
         each, batch = self.config.iterations_per_step, self.config.batch_size
         for step in range(start, stage.steps):
             rng = child_rng(seed, "batch", step)
@@ -88,25 +91,17 @@ class UltrasonicCGANLearner(Model):
                 rng.integers(0, data.sensor.raters[sensor]),
                 rng.integers(0, data.display.raters[display]),
             )
-            scored = (sensor, raters[0])
-            if self.config.fakes_scored_as == "display":
-                again = rng.choice(rows[1], size)
-                scored = (again, rng.integers(0, data.display.raters[again]))
-            yield np.array(step), sensor, scored, display, raters[1]
+            yield np.array(step), (sensor, raters[0]), (display, raters[1])
 
     def step(self, stage: Stage, batch: Any) -> dict[str, float]:
         if stage.name == FIT:
             return self._fit(batch[0])
         if self._data is None:
             raise RuntimeError("a step needs batches: take them from `batches`")
-        step, sensor, scored, display, raters = batch
+        step, sensor, display = batch
         if step == 0:
             self.pair.begin(_number(stage))
-        scored_as = 1 if self.config.fakes_scored_as == "display" else 0
-        figures = self.pair.iterate(
-            self._data.rows((0, sensor), (scored_as, *scored)),
-            self._data.rows((1, display), (1, display, raters)),
-        )
+        figures = self.pair.iterate(self._data.rows(0, *sensor), self._data.rows(1, *display))
         if step + 1 == stage.steps:
             self.trained.append(self._trained(self.pair.outcome()))
             chosen = self.trained[-1].chosen
@@ -268,18 +263,20 @@ class TrainingSpectra:
                 for side, scale in sides
             )
 
-    def rows(self, spectra: tuple[int, Places], scores: tuple[int, Places, Places]) -> Tensor:
+    def rows(self, side: int, places: Places, raters: Places) -> Tensor:
         """Return spectra with scores, (iteration, batch, bin + word).
 
-        ``spectra`` are a side, 0 sensor or 1 display, and numbers of its spectra, (iteration, batch); ``scores`` a
-        side, numbers of spectra whose items' scores are used, and numbers of raters.
+        Of a side, 0 sensor or 1 display, by numbers of its spectra and of raters, (iteration, batch).
         """
-        which, places = spectra
-        table = self._tables[which][0]
-        side, scored, raters = scores
-        _, item, all_scores = self._tables[side]
-        indices = [torch.from_numpy(some).to(table.device) for some in (places, scored, raters)]
-        return torch.cat((table[indices[0]], all_scores[item[indices[1]], indices[2]]), 2)
+        spectra, item, scores = self._tables[side]
+        at, by = (torch.from_numpy(some).to(spectra.device) for some in (places, raters))
+        return torch.cat((spectra[at], scores[item[at], by]), 2)
+
+    def regression(self) -> ScoreRegression:
+        """Return the regression from the display signals to their mean scores."""
+        spectra, item, _ = self._tables[1]
+        means = torch.from_numpy(self.display.means).to(spectra)
+        return ScoreRegression(felt_features(spectra), means[item])
 
 
 build = UltrasonicCGANLearner

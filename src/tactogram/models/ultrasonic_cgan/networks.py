@@ -6,7 +6,6 @@ import torch
 from torch import Tensor, nn
 
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.nn.patch_discriminator import LabelProjection
 
 
 class Generator(nn.Module):
@@ -57,23 +56,3 @@ class Discriminator(nn.Module):
     def probability(self, x: Tensor) -> Tensor:
         """Return the output of Table 3, (batch, 1), 0 to 1."""
         return torch.sigmoid(self(x))
-
-
-class ProjectionDiscriminator(Discriminator):
-    """Table 3's layers on the spectrum alone; the logit adds the product of the last hidden layer with the words."""
-
-    def __init__(self, config: Config, *, words: int) -> None:
-        super().__init__(config, words=0)
-        self.bins = config.bins
-        self.projection = LabelProjection(config.discriminator_widths[-1], words)
-
-    def forward(self, x: Tensor) -> Tensor:
-        h = self.layers[:-1](x[:, : self.bins])  # B, width
-        y: Tensor = self.layers[-1](h) + self.projection(h, x[:, self.bins :])[:, None]  # B, 1
-        return y
-
-
-def discriminator_of(config: Config, *, words: int) -> Discriminator:
-    """Return the discriminator that ``config`` names."""
-    kind = ProjectionDiscriminator if config.discriminator == "projection" else Discriminator
-    return kind(config, words=words)

@@ -15,9 +15,11 @@ from torch import Tensor, nn
 
 from tactogram.evaluation.checkpoint_selection import IterationSelector, SelectedIteration, SelectionRule
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator, discriminator_of
+from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
+from tactogram.models.ultrasonic_cgan.spectra import felt_features
 from tactogram.nn.adversarial_networks import AdversarialNetworks
 from tactogram.nn.initial_weights import bare, fixed
+from tactogram.nn.score_regression import ScoreRegression
 from tactogram.training.seeds import torch_seeded
 
 CURVES = ("generator_loss", "discriminator_loss", "correct_rate")
@@ -33,6 +35,8 @@ class ClusterNetworks(AdversarialNetworks):
         # Fused: one pass over the weights instead of a dozen, 3 ms in place of 13 on one core.
         adam = partial(torch.optim.Adam, betas=config.betas, eps=config.epsilon, fused=True)
         super().__init__(*self._initial(0), rates=rates, optimiser=adam, device=device)
+        self.regression: ScoreRegression | None = None
+        """From display signals to their scores, if the generator's loss has `Config.words_weight`."""
         self.rule = SelectionRule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
         self.begin(0)
 
@@ -78,6 +82,9 @@ class ClusterNetworks(AdversarialNetworks):
         with fixed(self.discriminator):
             verdict = self.discriminator(fake).float()  # B, 1
         generator_loss = F.binary_cross_entropy_with_logits(verdict, truth[: len(x)])
+        if self.regression is not None:
+            error = self.regression.loss(felt_features(fake[:, :bins].float()), x[:, bins:])
+            generator_loss = generator_loss + self.config.words_weight * error
         right = ((logits > 0) == truly).float().mean()
         # Only here does the host wait for the device: the choice needs the figures before the update.
         figures: list[float] = torch.stack((generator_loss.detach(), loss.detach(), right)).tolist()
@@ -105,7 +112,7 @@ class ClusterNetworks(AdversarialNetworks):
 
     def _initial(self, cluster: int) -> tuple[Generator, Discriminator]:
         with torch_seeded(self.seed, "weights", cluster):
-            return Generator(self.config, words=self.words), discriminator_of(self.config, words=self.words)
+            return Generator(self.config, words=self.words), Discriminator(self.config, words=self.words)
 
     def outcome(self) -> dict[str, Any]:
         """Return the result of the cluster's training: the chosen weights, or none if it failed, and the curves."""
@@ -171,7 +178,7 @@ class TrainedCluster:
         if outcome["chosen"] is None:
             return cls(None, curves, None, None)
         iteration, loss, rate = outcome["chosen"]
-        generator, discriminator = Generator(config, words=words), discriminator_of(config, words=words)
+        generator, discriminator = Generator(config, words=words), Discriminator(config, words=words)
         generator.load_state_dict(outcome["generator"])
         discriminator.load_state_dict(outcome["discriminator"])
         return cls(

@@ -6,15 +6,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import torch
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 from scipy.fft import rfft
+from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.model import Example, ItemRatings
 from tactogram.models.ultrasonic_cgan.config import Config
 from tactogram.signal import Signal
 
+FLOOR, SILENCE = 1e-3, 1e-9
+"""Powers added to bands and to bins, relative to the mean display signal's whole."""
 WINDOW_S = 1.0
 """Length of a window, and so of the generated loop: bins are 1 Hz apart. Sec. III-B."""
 
@@ -111,6 +115,21 @@ def display_spectra(signal: Signal, config: Config) -> NDArray[np.float32]:
     """Return the amplitude spectrum of the first window of each axis, shape (axis, 1, bin), in the signal's unit."""
     x = signal.samples[:, : _window_length(signal, config)].astype(np.float64)
     return _amplitudes(x, config)[:, None]
+
+
+def felt_features(spectra: Tensor) -> Tensor:
+    """Return what is felt of scaled spectra, (item, bin) -> (item, feature), dB, differentiable.
+
+    Levels of octave bands from the first bin on and of the whole, and the number of lines: the exponential of the
+    entropy of the power over the bins. Amplitudes below 0 count as 0, as in use.
+    """
+    power = spectra.clamp_min(0).square() / spectra.shape[1]  # I, bin
+    octaves = [2**k - 1 for k in range(1, spectra.shape[1].bit_length())]  # first bins of all bands but one
+    bands = torch.stack([band.sum(1) for band in power.tensor_split(octaves, 1)], 1)  # I, band
+    whole = power.sum(1, keepdim=True)  # I, 1
+    share = (power + SILENCE) / (power + SILENCE).sum(1, keepdim=True)
+    lines = (-share * share.log()).sum(1, keepdim=True).exp()  # I, 1
+    return 10 * torch.log10(torch.cat((bands + FLOOR, whole + FLOOR, lines), 1))
 
 
 def filled(rated: ItemRatings) -> tuple[NDArray[np.float32], int]:

@@ -25,9 +25,9 @@ def test_a_cluster_sees_its_own_surfaces_and_all_display_signals(tiny, kind, dat
     side = sensor_side(examples[:6], tiny, kind.materials)
     for stage, plates in zip(clusters, ({0, 1}, {2}), strict=True):
         batches = list(learner.batches(stage, examples, seed=0))
-        assert sum(len(sensor) for _, sensor, *_ in batches) == 24
-        assert {int(side.item[row]) for _, sensor, *_ in batches for row in sensor.ravel()} == plates
-        assert {int(row) for *_, shown, _ in batches for row in shown.ravel()} == set(range(6))
+        assert sum(len(sensor) for _, (sensor, _), _ in batches) == 24
+        assert {int(side.item[row]) for _, (sensor, _), _ in batches for row in sensor.ravel()} == plates
+        assert {int(row) for *_, (shown, _) in batches for row in shown.ravel()} == set(range(6))
 
 
 def test_display_signals_divided_by_cluster_go_to_the_nearest(tiny, kind, data):
@@ -35,7 +35,7 @@ def test_display_signals_divided_by_cluster_go_to_the_nearest(tiny, kind, data):
     fit_stage, *clusters = learner.stages(examples)
     learner.step(fit_stage, next(learner.batches(fit_stage, examples, seed=0)))
     seen = [
-        {int(row) for *_, shown, _ in learner.batches(stage, examples, seed=0) for row in shown.ravel()}
+        {int(row) for *_, (shown, _) in learner.batches(stage, examples, seed=0) for row in shown.ravel()}
         for stage in clusters
     ]
     assert seen == [{3, 4, 5}, {0, 1, 2}]
@@ -53,37 +53,28 @@ def test_scores_beside_the_spectra_are_a_raters_own(tiny, kind, data):
     learner, examples = build(tiny, kind, seed=0), data()
     fit_stage, first, _ = learner.stages(examples)
     learner.step(fit_stage, next(learner.batches(fit_stage, examples, seed=0)))
-    _, sensor, (scored, raters), *_ = next(learner.batches(first, examples, seed=0))
+    _, (sensor, raters), _ = next(learner.batches(first, examples, seed=0))
     side = sensor_side(examples[:6], tiny, kind.materials)
-    assert scored is sensor
-    rows = learner._data.rows((0, sensor), (0, scored, raters))
+    rows = learner._data.rows(0, sensor, raters)
     np.testing.assert_allclose(rows[2, 3, 60:], side.scores[side.item[sensor[2, 3]]][raters[2, 3]])
     np.testing.assert_allclose(
         rows[2, 3, :60] * learner.surfaces.sensor_scale, side.spectra[sensor[2, 3]], rtol=1e-4, atol=1e-6
     )
 
 
-def test_fakes_can_be_scored_as_display_signals_are(tiny, kind, data):
-    config = tiny.model_copy(update={"fakes_scored_as": "display"})
-    learner, examples = build(config, kind, seed=0), data()
-    fit_stage, first, _ = learner.stages(examples)
-    learner.step(fit_stage, next(learner.batches(fit_stage, examples, seed=0)))
-    batch = next(learner.batches(first, examples, seed=0))
-    _, sensor, (scored, raters), shown, _ = batch
-    assert not np.array_equal(scored, shown), "drawn anew, not those of the real half of the batch"
-    inputs = {}
-    learner.pair.iterate = lambda x, display: inputs.update(x=x, display=display) or {}
-    learner.step(first, batch)
-    side, display_rated = sensor_side(examples[:6], tiny, kind.materials), examples[6:]
-    np.testing.assert_allclose(
-        inputs["x"][2, 3, :60] * learner.surfaces.sensor_scale,
-        side.spectra[sensor[2, 3]],
-        rtol=1e-4,
-        atol=1e-6,
-    )
-    np.testing.assert_allclose(
-        inputs["x"][2, 3, 60:], display_rated[scored[2, 3]].rated.scores[raters[2, 3]], rtol=1e-6
-    )
+def test_with_words_weight_a_signal_follows_its_words(tiny, trained, data, display):
+    """Display signals are the stronger the rougher; plates are rough or not, and their spectra of one level."""
+    examples = data()[:6] + [display(n, 0.1 * n, 0.5, level=0.1 + 0.1 * n) for n in range(1, 9)]
+    change = {"clusters": 1, "iterations": 300, "choose_after": 299, "iterations_per_step": 50}
+    steps = []
+    for weight in (0.0, 10.0):
+        learner = trained(tiny.model_copy(update={**change, "words_weight": weight}), examples)
+        even, rough = (
+            np.mean([learner.generate({"words": {"rough": r, "sticky": 4.0}}, seed=n).samples.std() for n in range(3)])
+            for r in (1.6, 5.8)
+        )  # fmt: skip
+        steps.append(rough / even)
+    assert steps[0] < 1.15 < 1.3 < steps[1], steps
 
 
 def test_iterations_are_as_many_whatever_a_step_holds(tiny, kind, data, trained):

@@ -2,7 +2,7 @@ import torch
 from torch import nn
 
 from tactogram.models.ultrasonic_cgan.config import Config
-from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator, discriminator_of
+from tactogram.models.ultrasonic_cgan.networks import Discriminator, Generator
 
 TABLE_2 = [
     ("Linear", 1024), ("LeakyReLU", 1024), ("BatchNorm1d", 1024),
@@ -50,19 +50,6 @@ def test_discriminator_is_table_3():
     assert layers_of(network, torch.rand(2, 1010)) == TABLE_3
     assert counts(network) == [(1000 + 10) * 64 + 64, 64 * 32 + 32, 32 + 1]
     assert sum(counts(network)) == 66_817
-
-
-def test_projection_sees_words_only_in_an_inner_product_with_the_last_hidden_layer():
-    network = discriminator_of(Config(discriminator="projection"), words=10)
-    assert counts(network) == [1000 * 64 + 64, 64 * 32 + 32, 32 + 1]
-    x = torch.randn(5, 1010)
-    spectrum, words = x[:, :1000], x[:, 1000:]
-    hidden = network.layers[:-1](spectrum)
-    by_hand = network.layers[-1](hidden)[:, 0] + torch.einsum(
-        "bh,hw,bw->b", hidden, network.projection.embedding.weight, words
-    )
-    torch.testing.assert_close(network(x)[:, 0], by_hand)
-    torch.testing.assert_close(network(torch.cat((spectrum, 0 * words), 1)), network.layers(spectrum))
 
 
 def test_last_layer_of_the_discriminator_is_a_sigmoid():

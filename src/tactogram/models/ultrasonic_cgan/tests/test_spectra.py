@@ -1,10 +1,18 @@
 import numpy as np
 import pytest
+import torch
 
 from tactogram.errors import ParameterError
 from tactogram.model import ItemRatings
 from tactogram.models.ultrasonic_cgan import Config
-from tactogram.models.ultrasonic_cgan.spectra import display_spectra, filled, sensor_side, sensor_spectra
+from tactogram.models.ultrasonic_cgan.spectra import (
+    FLOOR,
+    display_spectra,
+    felt_features,
+    filled,
+    sensor_side,
+    sensor_spectra,
+)
 from tactogram.signal import Signal
 
 RATE, WORDS = 500.0, ("rough", "sticky")
@@ -73,3 +81,26 @@ def test_gaps_of_raters_are_their_items_mean(kind):
 def test_sensor_signals_of_no_use_are_refused(tiny, signal, message):
     with pytest.raises(ParameterError, match=message):
         sensor_spectra(signal, tiny)
+
+
+def test_a_line_is_felt_in_its_octave_and_noise_by_its_number_of_lines():
+    line, noise = torch.zeros(1000), torch.ones(1000)
+    line[99] = 1000**0.5  # of 100 Hz, as strong as the noise
+    tone, rough = felt_features(torch.stack((line, noise)))
+    silent = 10 * np.log10(FLOOR)
+    expected = [
+        *[silent] * 6,
+        0.0,
+        *[silent] * 3,
+        0.0,
+        0.0,
+    ]  # octaves from 1, 2, ..., 64, ... Hz; whole; lines
+    np.testing.assert_allclose(tone, expected, atol=0.02)
+    shares = [1, 2, 4, 8, 16, 32, 64, 128, 256, 489]
+    np.testing.assert_allclose(
+        rough, [*10 * np.log10(np.divide(shares, 1000) + FLOOR), 10 * np.log10(1 + FLOOR), 30.0], atol=1e-3
+    )
+
+
+def test_what_is_below_zero_is_not_felt():
+    torch.testing.assert_close(felt_features(-torch.ones(1, 1000)), felt_features(torch.zeros(1, 1000)))
