@@ -75,7 +75,7 @@ def run(
             name = f"{model}-{recipe}{f'-{count}' * bool(count)}{f'-batch-{batch_size}' * bool(batch_size)}"
             changes = {"config.steps": int(count)} if count else {}
             changes |= {"config.batch_size": batch_size} if batch_size else {}
-            options = {"recipe": recipe, "changes": changes}
+            options: dict[str, Any] = {"recipe": recipe, "changes": changes}
             _check_held_out(planned(TrainingRequest(model, store.path, **options)), materials)
             runs[name] = Training(model, store.path, folder / name, options)
     files: dict[str, str] = {}
