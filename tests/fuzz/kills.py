@@ -50,7 +50,7 @@ UNFINISHED = re.compile(
 """Files that are no result by themselves: checkpoints, and what a store has if dataset.json names it."""
 DRAWN = re.compile(rb"-[0-9a-f]{8}(?=\.parquet)")
 """Part of the names of a store's files that is drawn."""
-DIFFERS = re.compile(rb'"(answering_s|training_s)": [0-9.e-]+, |"finished": "[^"]*", ')
+DIFFERS = re.compile(rb'"(answering_s|training_s)": ([0-9.e-]+|null),\s*|"finished": "[^"]*",\s*')
 """Facts of a result of the benchmark that are not the same twice. Of a session these are codes and times (`pages`)."""
 
 
