@@ -6,7 +6,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
 from inspect import Parameter as Argument, Signature, signature
 from pathlib import Path
@@ -101,6 +101,7 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
     from cyclopts import App, CycloptsError
 
     from tactogram.parameters import parameters, summary
+    from tactogram.signal.io.atomic import check_writable, sole_writer
 
     function = verb.load()
     app = App(
@@ -121,11 +122,14 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
         kinds = {parameter.name: parameter.kind for parameter in parameters(function)}
         options = {name: converted(spelt(name), value, kinds.get(name)) for name, value in options.items()}
         further_folders({name: options.pop(name, ()) for name in verb.folders})
-        out = options.get("out") or options.get("table")
+        # Refused before hours of work. A training on several devices has several processes.
+        if out := options.get("out") or options.get("table"):
+            check_writable(Path(out), folder=Path(out).is_dir())
+        alone = out and not verb.shared and os.environ.get("LOCAL_RANK", "0") == "0"
         taken = signature(function).parameters
         if "show" in taken:
             options["show"] = show
-        with _claimed(out, verb), verb.within() as further:
+        with sole_writer(Path(out)) if alone and out else nullcontext(), verb.within() as further:
             options |= further or {}
             if "progress" in taken:
                 with show.progress() as progress:
@@ -263,21 +267,6 @@ def _is_mapping(kind: Any) -> bool:
 
 def _is_list(kind: Any) -> bool:
     return get_origin(kind) is tuple and get_args(kind)[-1] is ...
-
-
-@contextmanager
-def _claimed(out: str | Path | None, verb: Verb) -> Iterator[None]:
-    """Refuse an ``--out`` that cannot be written or that another process writes: results may take hours to compute."""
-    from tactogram.signal.io.atomic import check_writable, sole_writer
-
-    if not out:
-        yield
-        return
-    check_writable(Path(out), folder=Path(out).is_dir())
-    # A training on several devices has several processes.
-    several = verb.shared or os.environ.get("LOCAL_RANK", "0") != "0"
-    with nullcontext() if several else sole_writer(Path(out)):
-        yield
 
 
 def mapping_of(texts: Sequence[str], kind: Any, flag: str, form: str) -> dict[str, Any]:

@@ -15,8 +15,6 @@ from tactogram.main_script import start_worker
 from tactogram.recipe import TrainingSettings
 
 T = TypeVar("T")
-FIRST_PROCESS = "TACTOGRAM_FIRST_PROCESS"
-"""Variable that holds the process which started the others of a training."""
 
 
 @contextmanager
@@ -94,9 +92,9 @@ def _launched(training: TrainingSettings, accelerator: str, devices: int) -> Any
     except (ValueError, RuntimeError, MisconfigurationException) as error:
         raise ParameterError(f"accelerator {accelerator}, devices {devices}: {first_line(error)}") from error
     if is_first_process():
-        os.environ[FIRST_PROCESS] = str(os.getpid())
+        os.environ["TACTOGRAM_FIRST_PROCESS"] = str(os.getpid())
     else:
-        start_worker(parent_id=int(os.environ.get(FIRST_PROCESS, os.getppid())))
+        start_worker(parent_id=int(os.environ.get("TACTOGRAM_FIRST_PROCESS", os.getppid())))
     try:
         fabric.launch()
     except (RuntimeError, OSError) as error:

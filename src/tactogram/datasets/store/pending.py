@@ -139,8 +139,8 @@ class StagedFiles:
                     os.fsync(file.fileno())
 
     def to_disk(self) -> None:
-        """Synchronise all files and their folder to the disk."""
-        to_disk(*(path for path in self._written if path.exists()), self.folder)
+        """Synchronise all files and their folder to the disk, if they are to survive a power cut."""
+        to_disk(*(path for path in (*self._written, self.folder) if self.durable and path.exists()))
 
     def remove(self) -> None:
         """Remove all files, and the folder if it is not a store yet."""

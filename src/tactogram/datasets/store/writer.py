@@ -210,8 +210,7 @@ class StoreWriter:
             with atomic_write(self.folder / FACTS) as part:
                 self._files.begin(part)
                 part.write_text(facts.text(), encoding="utf-8")
-                if self._files.durable:
-                    self._files.to_disk()
+                self._files.to_disk()
             # From here on the store names the new files, and they stay even if what follows fails.
             earlier, self.facts, self._done = self.facts, facts, self._store is not None
             if self._files.durable:

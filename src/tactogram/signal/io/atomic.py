@@ -46,8 +46,7 @@ def atomic_write(path: Path, *, durable: bool = False, over: bool = True) -> Ite
 
 def clear_parts(path: Path) -> None:
     """Remove what killed processes of this machine were writing in a folder, or beside a file."""
-    parts = path.rglob(".*.part*") if path.is_dir() else path.parent.glob(".*.part*")
-    for part in parts:
+    for part in path.rglob(".*.part*") if path.is_dir() else path.parent.glob(".*.part*"):
         whose = re.search(rf"-{re.escape(host_name()[:16])}-(\d+)-[0-9a-f]{{8}}\.part", part.name)
         if whose and not is_running(int(whose[1])):
             part.unlink(missing_ok=True)
@@ -106,8 +105,7 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
 def sole_writer(path: Path) -> Iterator[None]:
     """Refuse to write to ``path`` while another process of this user and machine does, with a `ParameterError`.
 
-    However that process ends, the system unlocks the place, and the next writer clears it (`clear_parts`). Without
-    locks both may write, and the later one to finish fails or replaces the file.
+    However that process ends, the system unlocks the place, and the next writer clears it (`clear_parts`).
     """
     place = hashlib.sha256(os.fsencode(os.path.realpath(path))).hexdigest()[:16]
     note = Path(tempfile.gettempdir()) / f"tactogram-writer-{place}"
@@ -130,22 +128,20 @@ def sole_writer(path: Path) -> Iterator[None]:
 @contextmanager
 def turn(folder: Path) -> Iterator[None]:
     """Wait until no other process has its turn in a folder; on Windows, and without locks, nothing is waited for."""
-    if sys.platform == "win32":
+    if os.name == "nt":
         yield
         return
-    import fcntl
-
     opened = os.open(folder, os.O_RDONLY)
     try:
         with suppress(OSError):
-            fcntl.flock(opened, fcntl.LOCK_EX)
+            lock(opened, wait=True)
         yield
     finally:
         os.close(opened)
 
 
-def lock(opened: int, *, shared: bool = False) -> bool:
-    """Lock the open file of a descriptor until it is closed, without waiting; return whether it is locked.
+def lock(opened: int, *, shared: bool = False, wait: bool = False) -> bool:
+    """Lock the open file of a descriptor until it is closed; return whether it is locked. On Windows it never waits.
 
     A file that is opened twice is locked separately, even by one process. Other ``shared`` locks are allowed, except on
     Windows. A file system without locks raises an OSError.
@@ -163,7 +159,7 @@ def lock(opened: int, *, shared: bool = False) -> bool:
     import fcntl
 
     try:
-        fcntl.flock(opened, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+        fcntl.flock(opened, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:
         return False
     return True

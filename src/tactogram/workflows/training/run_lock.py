@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,7 +28,7 @@ def run_lock(folder: Path) -> Iterator[None]:
     """
     with (folder / HELD).open("rb") as file:
         for left in reversed(range(TRIES)):
-            if _locked(file.fileno()):
+            if lock(file.fileno()):
                 break
             if not left:
                 raise _taken(folder)
@@ -53,17 +52,10 @@ def is_training(folder: Path) -> bool:
     """Return whether a process trains in a run's folder."""
     try:
         with (folder / HELD).open("rb") as file:
-            return not _locked(file.fileno(), shared=True)
+            return not lock(file.fileno(), shared=True)
     except OSError:
         return False
 
 
 def _taken(folder: Path) -> RunError:
     return RunError(f"{folder}: another process trains here at present; wait for it, or stop it first")
-
-
-def _locked(file: int, *, shared: bool = False) -> bool:
-    """Lock a file until it is closed; return whether that succeeded. On Windows nothing is locked."""
-    if sys.platform == "win32":
-        return True
-    return lock(file, shared=shared)

@@ -50,9 +50,7 @@ def kept_values(
     for outcome in outcomes:
         if outcome.error is not None:
             raise TactogramError(f"{name(outcome.task)}: {outcome.error}")
-        file = file_of[name(outcome.task)]
-        file.parent.mkdir(parents=True, exist_ok=True)
-        write_text(file, json.dumps(outcome.value) + "\n")
+        write_text(file_of[name(outcome.task)], json.dumps(outcome.value) + "\n")
     return [json.loads(file.read_text(encoding="utf-8")) for file in files]
 
 
