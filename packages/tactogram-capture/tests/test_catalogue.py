@@ -60,7 +60,7 @@ def test_without_device_or_driver_opening_is_one_clear_line(kind):
         ("digilent:?channels=0", "channels must be numbers from 1"),
         ("audio:?channels=2&axes=left", "axes must be 2 different names"),
         ("lsl:", "must name a stream"),
-        ("log:/dev/tactogram-none.log", "cannot be read"),
+        ("log:/dev/tactogram-none.log", "no such file"),
         ("log:/dev/\0", "must not contain a null character, got 'log:/dev/"),
         ("serial:/dev/x\0?baud=9600", "must not contain a null character"),
         ("simulated:twelite?log=%00", "must not contain a null character"),

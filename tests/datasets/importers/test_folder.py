@@ -116,7 +116,7 @@ class TestFolder:
             ("file,force_n\ncork/a.wav,1\ncork/a.wav,1\n", r"row 3: cork/a.wav is also in row 2"),
             ("file\ncork/a.wav,1\n", "row 2 has more values than there are columns"),
             ("file,force_n\n,1\n", "row 2 names no file"),
-            ("file,image\ncork/a.wav,photo.png\n", r"photo.png: not readable"),
+            ("file,image\ncork/a.wav,photo.png\n", r"photo.png: no such file"),
         ],
     )
     def test_what_is_wrong_in_the_table_is_said(self, tmp_path, table, says):

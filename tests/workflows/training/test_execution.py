@@ -32,7 +32,7 @@ def changed(run, **values):
 
 def test_a_run_that_does_not_say_its_split_is_refused_in_one_line(unfinished):
     (unfinished.folder / "split.json").unlink()
-    with pytest.raises(DataError, match=r"split.json: not readable: No such file"):
+    with pytest.raises(DataError, match=r"split.json: no such file"):
         resume(unfinished.folder)
 
 

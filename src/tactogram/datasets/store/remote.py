@@ -89,14 +89,20 @@ class RemotePath:
                 raise FileNotFoundError(self.path)
             return int(info.size)
 
+    def _check_regular(self) -> None:
+        """Refuse a pipe or a device at a ``file://`` URL, which would be read for ever."""
+        if isinstance(self.system, fs.LocalFileSystem):
+            self.size()
+
     def open(self) -> Any:
         """Return a ``pyarrow.NativeFile``, read at random."""
+        self._check_regular()
         with errors(self):
             return self.system.open_input_file(self.path)
 
     def read_bytes(self) -> bytes:
         """Return the content of a file."""
-        self.size()  # refuses a pipe, which may be at a file:// URL
+        self._check_regular()
         with errors(self), self.system.open_input_stream(self.path) as file:
             return bytes(file.read())
 

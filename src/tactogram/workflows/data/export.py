@@ -12,9 +12,10 @@ import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 
 from tactogram.datasets import Store
-from tactogram.datasets.store.layout import StoredFile, open_parquet, reading, schema
+from tactogram.datasets.store.layout import StoredFile, open_parquet, schema
 from tactogram.datasets.store.pending import new_folder
 from tactogram.datasets.store.remote import arrow_place
+from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.atomic import write_text
 
 LICENCES = re.compile(r"(cc0|cc-by[a-z-]*|mit|apache|odc-by|odbl|bsd[a-z0-9-]*)(-[0-9.]+)?")
@@ -31,7 +32,7 @@ PHOTOGRAPH_FEATURES = {
 def write_hub_dataset(store: Store, out: Path) -> None:
     """Write a store into a new folder; `RunError` if it exists."""
     configs = [("default", "data/*.parquet")]
-    with new_folder(out) as folder, reading(store.folder):
+    with new_folder(out) as folder, decoding(str(store.folder), "damaged", remedy="import the data again"):
         _write_recordings(store, folder / "data")
         if store.facts.images:
             configs.append(("photographs", "photographs/*.parquet"))

@@ -101,6 +101,7 @@ def _evaluated_on_recordings(
     progress: ProgressCallback,
 ) -> tuple[dict[str, Any], list[ReportSection]]:
     """Return the figures and sections of a classifier, or a generator, on recordings that it was not trained on."""
+    loaded.run.metrics()  # refuses a damaged log before anything is computed
     examples, described = _test_examples(loaded, data, unknown)
     store = examples.store
     figures = loaded.facts_on(store, described)

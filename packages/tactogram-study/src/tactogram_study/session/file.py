@@ -276,7 +276,7 @@ def parse_answer(text: str | bytes) -> Answer:
     try:
         return Answer(**values)
     except TypeError as error:
-        raise UnreadableRowError(f"a row of answers is not readable: {error}") from error
+        raise UnreadableRowError("a row of answers lacks or misspells a column") from error
 
 
 def parse_object(text: str | bytes) -> dict[str, Any]:
