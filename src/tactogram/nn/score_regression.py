@@ -44,7 +44,8 @@ class ScoreRegression:
 
     def __call__(self, features: Tensor) -> Tensor:
         """Return scores, (item, word), of features (item, feature)."""
-        return self._kernel(features) @ self.coefficients + self.means
+        scores: Tensor = self._kernel(features) @ self.coefficients + self.means
+        return scores
 
     def loss(self, features: Tensor, scores: Tensor) -> Tensor:
         """Return the mean squared error of the scores of ``features``, over the variance of the examples' scores."""

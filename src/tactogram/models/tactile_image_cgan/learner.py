@@ -144,9 +144,9 @@ class TactileImageLearner(RatedImageLearner):
     ) -> Iterator[tuple[Tensor, Tensor]]:
         images = self._images(examples)
         if self.config.words_weight:
-            real, labels = torch.from_numpy(as_floats(images.pixels)), torch.from_numpy(images.labels)
+            real = seen_features(torch.from_numpy(as_floats(images.pixels)))
             device = self.gan.device
-            self.regression = ScoreRegression(seen_features(real).to(device), labels.to(device))
+            self.regression = ScoreRegression(real.to(device), torch.from_numpy(images.labels).to(device))
         for number in range(start, stage.steps):
             pixels, labels = images.batch(number, self.config.batch_size, seed=seed, share=self.share)
             yield torch.from_numpy(pixels), torch.from_numpy(labels)
