@@ -12,21 +12,13 @@ RIDGE = 0.1
 
 
 class ScoreRegression:
-    """Regression from features to scores, differentiable in the features.
+    """Regression from features, (example, feature), to scores of 0 to 1, (example, word); differentiable.
 
     Its kernel is 1 / (1 + d^2 / 2), d the distance of standardised features in median distances of the examples (the
     rational quadratic one). What is unlike all examples gets nearly their mean scores, but has a gradient towards them.
+    Features are in units of about what is noticed; one that varies less among the examples counts by its unit.
 
-    Parameters
-    ----------
-    features : Tensor, shape (example, feature)
-        In units of about what is noticed; one that varies less among the examples counts by its unit.
-    scores : Tensor, shape (example, word), 0 to 1
-
-    Raises
-    ------
-    ParameterError
-        If the examples do not differ in features and scores.
+    Raises `ParameterError` if the examples do not differ in features and scores.
     """
 
     def __init__(self, features: Tensor, scores: Tensor) -> None:
@@ -53,5 +45,4 @@ class ScoreRegression:
 
     def _kernel(self, features: Tensor) -> Tensor:
         x = (features - self.mean) / self.spread
-        squares = (x[:, None] - self.examples).square().sum(2)  # item, example
-        return 1 / (1 + squares / (2 * self.width**2))
+        return 1 / (1 + (x[:, None] - self.examples).square().sum(2) / (2 * self.width**2))

@@ -20,9 +20,6 @@ class Config(ModelConfig):
     """Channels after each of the generator's hidden layers, and backwards of the discriminator's. Tables 2 and 3."""
     leak: float = Field(default=0.2, ge=0, lt=1)
     """Slope of LeakyReLU below 0. Sec. II-C, Eq. 1, a = 0.2."""
-    biases: bool = True
-    """Whether convolutions have biases. Assumed: the default of PyTorch. Before batch normalisation they have no
-    effect."""
     gain: float = Field(default=0.02, gt=0, allow_inf_nan=False)
     """Standard deviation of the initial weights; those of batch normalisation are about 1. Assumed: as in DCGAN
     (Radford et al. 2016, Sec. 4), which has the same layers."""

@@ -38,21 +38,12 @@ class Generator(nn.Module):
     def __init__(self, config: Config, words: int) -> None:
         super().__init__()
         first, *_, last = config.widths
-        layers: list[nn.Module] = [
-            nn.ConvTranspose2d(config.noise + words, first, KERNEL, 1, 0, bias=config.biases)
-        ]
+        layers: list[nn.Module] = [nn.ConvTranspose2d(config.noise + words, first, KERNEL, 1, 0)]
         for into, out in pairwise(config.widths):
-            layers += [
-                nn.BatchNorm2d(into),
-                nn.LeakyReLU(config.leak),
-                nn.ConvTranspose2d(into, out, KERNEL, 2, 1, bias=config.biases),
-            ]
-        layers += [
-            nn.BatchNorm2d(last),
-            nn.LeakyReLU(config.leak),
-            nn.ConvTranspose2d(last, COLOURS, KERNEL, 2, 1, bias=config.biases),
-            nn.Tanh(),
-        ]
+            layers += [nn.BatchNorm2d(into), nn.LeakyReLU(config.leak)]
+            layers += [nn.ConvTranspose2d(into, out, KERNEL, 2, 1)]
+        layers += [nn.BatchNorm2d(last), nn.LeakyReLU(config.leak)]
+        layers += [nn.ConvTranspose2d(last, COLOURS, KERNEL, 2, 1), nn.Tanh()]
         self.layers = nn.Sequential(*layers)
         normal_(self, config.gain)
 
@@ -73,17 +64,10 @@ class Discriminator(nn.Module):
         super().__init__()
         first, *_, last = widths = config.widths[::-1]
         self.image_weight = config.image_weight
-        layers: list[nn.Module] = [
-            nn.Conv2d(COLOURS + words, first, KERNEL, 2, 1, bias=config.biases),
-            nn.LeakyReLU(config.leak),
-        ]
+        layers: list[nn.Module] = [nn.Conv2d(COLOURS + words, first, KERNEL, 2, 1), nn.LeakyReLU(config.leak)]
         for into, out in pairwise(widths):
-            layers += [
-                nn.Conv2d(into, out, KERNEL, 2, 1, bias=config.biases),
-                nn.BatchNorm2d(out),
-                nn.LeakyReLU(config.leak),
-            ]
-        layers.append(nn.Conv2d(last, 1, KERNEL, 1, 0, bias=config.biases))
+            layers += [nn.Conv2d(into, out, KERNEL, 2, 1), nn.BatchNorm2d(out), nn.LeakyReLU(config.leak)]
+        layers.append(nn.Conv2d(last, 1, KERNEL, 1, 0))
         self.layers = nn.Sequential(*layers)
         normal_(self, config.gain)
 
@@ -107,8 +91,7 @@ class TactileImageLearner(RatedImageLearner):
         if not isinstance(kind, ImageKind):
             raise ParameterError("tactile_image_cgan learns from rated images, got signals")
         super().__init__(config, kind, seed=seed, device=device)
-        self.regression: ScoreRegression | None = None
-        """From the real images to their scores, if the generator's loss has `Config.words_weight`."""
+        self.regression: ScoreRegression | None = None  # of real images, with `Config.words_weight`
         self._cached: tuple[Any, LabelledImages] | None = None
         with torch_seeded(seed, "weights"):
             self.gan = AdversarialPair(
@@ -144,9 +127,9 @@ class TactileImageLearner(RatedImageLearner):
     ) -> Iterator[tuple[Tensor, Tensor]]:
         images = self._images(examples)
         if self.config.words_weight:
-            real, labels = torch.from_numpy(as_floats(images.pixels)), torch.from_numpy(images.labels)
-            device = self.gan.device
-            self.regression = ScoreRegression(seen_features(real).to(device), labels.to(device))
+            real = torch.from_numpy(as_floats(images.pixels)), torch.from_numpy(images.labels)
+            shown, known = (part.to(self.gan.device) for part in real)
+            self.regression = ScoreRegression(seen_features(shown), known)
         for number in range(start, stage.steps):
             pixels, labels = images.batch(number, self.config.batch_size, seed=seed, share=self.share)
             yield torch.from_numpy(pixels), torch.from_numpy(labels)

@@ -7,12 +7,8 @@ from torch import Tensor
 
 from tactogram.features.photo_descriptor import LUMA
 
-OCTAVES = 5
-"""Bands of spatial frequency below half the sampling rate; the last holds all that is lower."""
-FLOOR = 1e-4
-"""Power of relative contrast, added."""
-DARK = 0.05
-"""Luminance, of 0 to 1, added to the mean that contrast is relative to."""
+OCTAVES, FLOOR, DARK = 5, 1e-4, 0.05
+"""Bands of spatial frequency, the last with all that is lower; power added to contrast; luminance added to its mean."""
 
 
 def seen_features(images: Tensor) -> Tensor:
@@ -24,8 +20,8 @@ def seen_features(images: Tensor) -> Tensor:
     size, rgb = images.shape[-1], (images + 1) / 2
     saturation = (rgb.amax(1) - rgb.amin(1)) / rgb.amax(1).clamp_min(DARK)  # I, S, S
     light = torch.einsum("ichw,c->ihw", rgb, torch.from_numpy(LUMA).to(rgb))  # I, S, S
-    mean = light.mean((1, 2), keepdim=True)  # I, 1, 1
-    contrast = (light - mean) / (mean + DARK)
+    contrast = light / (light.mean((1, 2), keepdim=True) + DARK)
+    contrast = contrast - contrast.mean((1, 2), keepdim=True)
     skewness = contrast.pow(3).mean((1, 2)) / (contrast.square().mean((1, 2)) + FLOOR) ** 1.5  # I
     window = torch.hann_window(size + 2, periodic=False)[1:-1].to(rgb)
     window = window[:, None] * window / window.square().mean()

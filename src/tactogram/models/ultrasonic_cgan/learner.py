@@ -264,10 +264,7 @@ class TrainingSpectra:
             )
 
     def rows(self, side: int, places: Places, raters: Places) -> Tensor:
-        """Return spectra with scores, (iteration, batch, bin + word).
-
-        Of a side, 0 sensor or 1 display, by numbers of its spectra and of raters, (iteration, batch).
-        """
+        """Return spectra of a side, 0 sensor or 1 display, with scores: (iteration, batch, bin + word)."""
         spectra, item, scores = self._tables[side]
         at, by = (torch.from_numpy(some).to(spectra.device) for some in (places, raters))
         return torch.cat((spectra[at], scores[item[at], by]), 2)
@@ -275,8 +272,7 @@ class TrainingSpectra:
     def regression(self) -> ScoreRegression:
         """Return the regression from the display signals to their mean scores."""
         spectra, item, _ = self._tables[1]
-        means = torch.from_numpy(self.display.means).to(spectra)
-        return ScoreRegression(felt_features(spectra), means[item])
+        return ScoreRegression(felt_features(spectra), torch.from_numpy(self.display.means).to(spectra)[item])
 
 
 build = UltrasonicCGANLearner

@@ -35,8 +35,7 @@ class ClusterNetworks(AdversarialNetworks):
         # Fused: one pass over the weights instead of a dozen, 3 ms in place of 13 on one core.
         adam = partial(torch.optim.Adam, betas=config.betas, eps=config.epsilon, fused=True)
         super().__init__(*self._initial(0), rates=rates, optimiser=adam, device=device)
-        self.regression: ScoreRegression | None = None
-        """From display signals to their scores, if the generator's loss has `Config.words_weight`."""
+        self.regression: ScoreRegression | None = None  # of display signals, with `Config.words_weight`
         self.rule = SelectionRule(config.rate_low, config.rate_high, config.smooth, config.choose_after)
         self.begin(0)
 

@@ -125,11 +125,10 @@ def felt_features(spectra: Tensor) -> Tensor:
     """
     power = spectra.clamp_min(0).square() / spectra.shape[1]  # I, bin
     octaves = [2**k - 1 for k in range(1, spectra.shape[1].bit_length())]  # first bins of all bands but one
-    bands = torch.stack([band.sum(1) for band in power.tensor_split(octaves, 1)], 1)  # I, band
-    whole = power.sum(1, keepdim=True)  # I, 1
+    levels = [band.sum(1) + FLOOR for band in (*power.tensor_split(octaves, 1), power)]  # I each
     share = (power + SILENCE) / (power + SILENCE).sum(1, keepdim=True)
-    lines = (-share * share.log()).sum(1, keepdim=True).exp()  # I, 1
-    return 10 * torch.log10(torch.cat((bands + FLOOR, whole + FLOOR, lines), 1))
+    lines = (-share * share.log()).sum(1).exp()  # I
+    return 10 * torch.log10(torch.stack((*levels, lines), 1))
 
 
 def filled(rated: ItemRatings) -> tuple[NDArray[np.float32], int]:

@@ -158,7 +158,6 @@ def test_every_layer_is_that_of_tables_2_and_3():
         assert layers_of(discriminator, torch.empty(2, 13, 64, 64)) == DISCRIMINATOR
         assert count(generator) == 3_659_587
         assert count(discriminator) == 2_776_769
-        assert count(Generator(Config(biases=False), SCORES)) == 3_659_587 - 963
         images = generator(torch.empty(2, 100), torch.empty(2, SCORES))
         assert images.shape == (2, 3, 64, 64)
         assert discriminator(images, torch.empty(2, SCORES)).shape == (2,)
@@ -198,10 +197,10 @@ def test_with_words_weight_images_follow_their_scores():
     ]
     steps = []
     for weight in (0.0, 100.0):
-        model = learner(TINY.model_copy(update={"updates": 120, "words_weight": weight}), data)
+        model = learner(TINY.model_copy(update={"updates": 240, "words_weight": weight}), data)
         fit(model, data, seed=0)
         noise = np.repeat(rng.standard_normal((8, TINY.noise)).astype(np.float32), 2, 0)
         scores = np.tile(np.array([[0.2, 0.5], [0.8, 0.5]], np.float32), (8, 1))
         dark, light = model.make(noise, scores).reshape(8, 2, -1).mean((0, 2))
         steps.append(light - dark)
-    assert steps[0] < 0.05 < 0.1 < steps[1]
+    assert steps[0] < 0.05 < 0.1 < steps[1], steps

@@ -23,7 +23,7 @@ def test_stripes_are_in_the_band_of_their_size(cycles, band):
     assert features[5:].argmax() == band
     assert features[5 + band].item() == pytest.approx(10 * math.log10(power + FLOOR), abs=0.3)
     turned = seen_features(stripes.transpose(2, 3))[0]
-    torch.testing.assert_close(turned, features)
+    torch.testing.assert_close(turned, features, atol=1e-3, rtol=1e-4)
 
 
 def test_spots_of_light_are_skewed():
