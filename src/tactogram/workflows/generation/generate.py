@@ -103,8 +103,9 @@ def checked_condition(
     _check(seconds, seed)
     if condition.get("motion") is not None:
         _check_motion(run)
-    check_condition(condition, takes=(*run.facts.conditions, "text", "latent"))
     asked = with_materials(run, condition)
+    needs = () if run.facts.instead else run.facts.needs
+    check_condition(asked, needs=needs, takes=(*run.facts.conditions, "text", "latent"))
     if asked.get("material") is not None:
         material_weights(asked, run.any_kind.materials)
     return within(run, asked)
@@ -221,7 +222,7 @@ def generate_files(
 
 
 def check_suffix(run: LoadedRun, out: Path) -> None:
-    """Refuse a file whose suffix is not for the model's kind of output."""
+    """Refuse a file whose suffix is not for the model's kind of output; raise a `ParameterError`."""
     known = suffixes_for(run.facts.gives)
     if out.suffix.lower() not in known:
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
