@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import torch
 import torch.nn.functional as F
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 from torch import Tensor, nn
 
 from tactogram.features.signal_crops import SignalCrops
@@ -20,6 +22,7 @@ from tactogram.nn import WaveDiscriminator, glorot_linear, strided_conv_transpos
 from tactogram.nn.initial_weights import fixed
 from tactogram.nn.latent_pieces import given_latent
 from tactogram.signal import Signal
+from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.training.wave_gan_learner import LabelledCrops, WaveGANLearner
 
 Array = NDArray[np.float64]
@@ -56,21 +59,29 @@ class Scaling(Saved):
     """One offset and one scale per axis for the whole data set.
 
     Per axis, so that a weak axis is not drowned by a strong one; the same for all materials, to keep their levels.
-    The share ``within_range`` of the samples fits the range of tanh and the rest is clipped; 1 clips nothing.
+    The share ``within_range`` of the samples fits the range of tanh and the rest is clipped; 1 clips nothing. Before,
+    an autoregressive filter of order ``whitening`` takes the mean spectrum of all recordings out.
     """
 
     saved = ("offset", "scale")
 
-    def __init__(self, kind: SignalKind, within_range: float = 1.0) -> None:
-        self.kind, self.within_range = kind, within_range
+    def __init__(self, kind: SignalKind, within_range: float = 1.0, whitening: int = 0) -> None:
+        self.kind, self.within_range, self.whitening = kind, within_range, whitening
         self.offset = np.zeros(len(kind.axes))
         self.scale = np.ones(len(kind.axes))
+        self.taps = np.ones((len(kind.axes), 1))
+
+    def _named(self) -> list[tuple[str, str]]:
+        return super()._named() + [("taps", "taps")] * bool(self.whitening)
 
     def fit(self, examples: Sequence[Example]) -> dict[str, float]:
         """Measure the mean and the range of each axis; return the scales and the share that is clipped."""
         count = sum(len(example.signal) for example in examples)
         total = sum(example.signal.samples.sum(axis=1, dtype=np.float64) for example in examples)
         self.offset = np.asarray(total / count)
+        if self.whitening:
+            signals = [example.signal for example in examples]
+            self.taps = fit_autoregressive(signals, order=self.whitening).coefficients
         largest = np.max([self._deviation(example).max(axis=1) for example in examples], axis=0)
         self.scale = np.where(largest > 0, largest, 1.0)
         if self.within_range < 1:
@@ -82,7 +93,8 @@ class Scaling(Saved):
         return {**scales, "clipped_share": over / (count * len(self.scale))}
 
     def _deviation(self, example: Example) -> Array:
-        deviation: Array = np.abs(example.signal.samples.astype(np.float64) - self.offset[:, None])
+        signal = self.whitened(example.signal)
+        deviation: Array = np.abs(signal.samples.astype(np.float64) - self.offset[:, None])
         return deviation
 
     def _range(self, examples: Sequence[Example], axis: int) -> float:
@@ -94,6 +106,15 @@ class Scaling(Saved):
         within = np.cumsum(counts) / counts.sum()
         return float((np.searchsorted(within, self.within_range) + 1) / BINS)
 
+    def whitened(self, signal: Signal) -> Signal:
+        """Return a recording without the mean spectrum, as `scaled` takes it."""
+        order = self.taps.shape[1] - 1
+        if not order:
+            return signal
+        deviation = np.pad(signal.samples - self.offset[:, None], ((0, 0), (order, 0)), mode="symmetric")
+        rows = [np.convolve(row, taps, "valid") for row, taps in zip(deviation, self.taps, strict=True)]
+        return signal.with_samples(np.array(rows) + self.offset[:, None])
+
     def scaled(self, x: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return samples, shape (axis, time), within -1 to 1."""
         y = (x - self.offset[:, None]) / self.scale[:, None]
@@ -101,7 +122,8 @@ class Scaling(Saved):
 
     def unscaled(self, y: NDArray[np.float32]) -> Signal:
         """Return samples within -1 to 1, shape (axis, time), as a signal."""
-        x = y * self.scale[:, None] + self.offset[:, None]
+        rows = zip(y * self.scale[:, None], self.taps, strict=True)
+        x = np.array([lfilter([1.0], taps, row) for row, taps in rows]) + self.offset[:, None]
         return self.kind.signal(x.astype(np.float32))
 
 
@@ -116,7 +138,7 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         kind.require_materials("stroke_gan")
         rates = (config.learning_rate, config.learning_rate)
         super().__init__(config, kind, rates=rates, seed=seed, device=device)
-        self.scaling = Scaling(kind, config.within_range)
+        self.scaling = Scaling(kind, config.within_range, config.whitening)
 
     def networks(self) -> tuple[Generator, WaveDiscriminator]:
         size = {"axes": len(self.kind.axes), "labels": len(self.materials)}
@@ -126,6 +148,10 @@ class StrokeGANLearner(WaveGANLearner[Config]):
         config = self.config
         repetitions = config.repetitions if config.repetition == "repeat" else None
         overlap, covers = config.overlap_samples, config.epoch_covers
+        if config.whitening:
+            examples = [
+                replace(example, signal=self.scaling.whitened(example.signal)) for example in examples
+            ]
         return SignalCrops(examples, config.length, overlap, repetitions, covers=covers)
 
     def prepared(self, crops: Sequence[tuple[Example, NDArray[np.float32]]]) -> LabelledCrops:

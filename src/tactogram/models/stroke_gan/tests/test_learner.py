@@ -253,3 +253,29 @@ def test_half_a_label_is_half_its_part_of_the_first_layer():
 
     both = 0.3 * first(one_hot(0)) + 0.7 * first(one_hot(4))
     torch.testing.assert_close(first(0.3 * one_hot(0) + 0.7 * one_hot(4)), both, atol=1e-5, rtol=1e-4)
+
+
+def test_whitening_takes_the_mean_spectrum_out_and_puts_it_back():
+    data = examples(length=6000)
+    plain, white = learner().scaling, learner(whitening=24).scaling
+    for scaling in (plain, white):
+        scaling.fit(data)
+
+    def unevenness_db(scaling):
+        seen = [scaling.scaled(scaling.whitened(example.signal).samples) for example in data]
+        powers = np.mean([np.abs(np.fft.rfft(x)) ** 2 for x in seen], axis=0)[:, 1:]
+        return np.ptp(10 * np.log10(powers.reshape(2, 60, -1).mean(2)))
+
+    assert unevenness_db(plain) > 18
+    assert unevenness_db(white) < 4
+    signal = data[0].signal
+    restored = white.unscaled(white.scaled(white.whitened(signal).samples))
+    np.testing.assert_allclose(restored.samples[:, 200:], signal.samples[:, 200:], atol=2e-3)
+
+
+def test_a_whitened_run_is_the_same_once_loaded():
+    gan, again = trained(whitening=8), learner(whitening=8)
+    again.load_state(gan.state())
+    one, two = (each.generate({"material": "cork"}, seconds=1, seed=3) for each in (gan, again))
+    np.testing.assert_array_equal(one.samples, two.samples)
+    assert one.samples.std(axis=1).min() > 0
