@@ -59,7 +59,7 @@ def test_what_does_not_fit_is_refused(tmp_path, changes, says):
 
 
 def test_missing_files_are_named(tmp_path):
-    with pytest.raises(DataError, match="object_adjectives.csv: not readable"):
+    with pytest.raises(DataError, match="object_adjectives.csv: no such file"):
         read_phac2(tmp_path)
     (write(tmp_path / "p") / "phac2_static_features.npz").write_bytes(b"no")
     with pytest.raises(DataError, match="phac2_static_features.npz: not an NPZ file"):

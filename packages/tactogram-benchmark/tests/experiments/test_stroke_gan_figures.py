@@ -55,7 +55,7 @@ def test_too_few_strokes_are_refused_before_any_training(tmp_path):
         for number, x in enumerate(takes)
     )
     store = create_store(tmp_path / "few", strokes, name="few", licence="-", simulated=True)
-    with pytest.raises(DataError, match="a fifth of its strokes are 1; record at least eight"):
+    with pytest.raises(DataError, match="must have 8 strokes of each texture, .* got 7 of one"):
         reproduce(
             "stroke_gan_figures", out=tmp_path / "out", options={"model": "ar_texture"}, data=store.path
         )

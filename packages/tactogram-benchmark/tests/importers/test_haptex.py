@@ -119,5 +119,5 @@ class TestHapTex:
             ParameterError, match="options of haptex must be one of rate, width_mm, got 'speed'"
         ):
             import_dataset("haptex", tmp_path / "h", tmp_path / "t", options={"speed": 1})
-        with pytest.raises(ParameterError, match="options of lmt108 must be one of none"):
-            import_dataset("lmt108", tmp_path / "h", tmp_path / "t", options={"speed": 1})
+        with pytest.raises(ParameterError, match="options of biotac_slide must be one of none"):
+            import_dataset("biotac_slide", tmp_path / "h", tmp_path / "t", options={"speed": 1})

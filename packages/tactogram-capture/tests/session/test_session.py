@@ -228,10 +228,11 @@ class Killer:
         def killing(*arguments, **options):
             self.steps += 1
             number = self.steps
-            result = step(*arguments, **options)
-            if number == self.at:
-                os.kill(os.getpid(), signal.SIGKILL)
-            return result
+            try:
+                return step(*arguments, **options)
+            finally:  # also of a step that fails, such as the removal of what is not there
+                if number == self.at:
+                    os.kill(os.getpid(), signal.SIGKILL)
 
         return killing
 

@@ -222,7 +222,10 @@ def generate_files(
 
 
 def check_suffix(run: LoadedRun, out: Path) -> None:
-    """Refuse a file whose suffix is not for the model's kind of output; raise a `ParameterError`."""
+    """Refuse a file whose suffix is not for the model's kind of output.
+
+    Raises `ParameterError`.
+    """
     known = suffixes_for(run.facts.gives)
     if out.suffix.lower() not in known:
         raise ParameterError(f"{out}: suffix must be one of {', '.join(known)}, got {out.suffix or 'none'}")
