@@ -56,6 +56,7 @@ def run(name, model, kind, gives, takes=(), needs=("words",), simulated=True):
     return LoadedRun(
         SimpleNamespace(name=name, folder=f"runs/{name}", data={"run_id": f"{name}-id"}),
         SimpleNamespace(
+            instead=(),
             name=f"{name}_model",
             task="prediction" if gives == "scores" else "generation",
             gives=gives,
