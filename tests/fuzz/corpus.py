@@ -268,7 +268,7 @@ def cdplab(folder: Path) -> None:
 
 
 def frictgan(folder: Path) -> None:
-    written = of_set("frictgan")
+    written = module("tactogram-benchmark/tests/frictgan_windows.py")
     place = folder / "train" / "2"
     (place / "output_data").mkdir(parents=True)
     np.savetxt(place / "output_data" / "200.txt", written.amplitudes(written.friction_of(1)))
