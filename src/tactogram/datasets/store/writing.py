@@ -29,6 +29,7 @@ from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
+from tactogram.text_files import check_regular
 
 ATTEMPTS = 20
 """Attempts where another process adds to the store at the same moment."""
@@ -260,6 +261,8 @@ def _copy(source: Path | RemotePath, target: Path | RemotePath, sha256: str | No
         if sha256 is not None and file_hash(path) != sha256:
             raise DataError(source, "wrong hash: changed since it was written; import the data again")
 
+    if isinstance(source, Path) and source.exists():
+        check_regular(source)
     (system, path), (target_system, target_path) = arrow_place(source), arrow_place(target)
     try:
         if isinstance(target, RemotePath):
