@@ -27,9 +27,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
-    if (
-        argv is None and not sys.warnoptions
-    ):  # in a process of its own: libraries' warnings are for developers
+    # In a process of its own libraries' warnings are for developers.
+    if argv is None and not sys.warnoptions:
         warnings.simplefilter("ignore")
     words = list(sys.argv[1:] if argv is None else argv)
     places = verb_places()
