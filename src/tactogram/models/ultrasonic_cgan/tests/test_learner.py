@@ -64,17 +64,23 @@ def test_scores_beside_the_spectra_are_a_raters_own(tiny, kind, data):
 
 def test_with_words_weight_a_signal_follows_its_words(tiny, trained, data, display):
     """Display signals are the stronger the rougher; plates are rough or not, and their spectra of one level."""
-    examples = data()[:6] + [display(n, 0.1 * n, 0.5, level=0.1 + 0.1 * n) for n in range(1, 9)]
-    change = {"clusters": 1, "iterations": 300, "choose_after": 299, "iterations_per_step": 50}
+    examples = data()[:6] + [display(n, 0.1 * n, 1 - 0.1 * n, level=0.1 + 0.1 * n) for n in range(1, 9)]
+    change = {"clusters": 1, "iterations": 400, "choose_after": 399, "iterations_per_step": 50}
+    change |= {"learning_rate": 0.01, "dropout_after": ()}
     steps = []
     for weight in (0.0, 10.0):
         learner = trained(tiny.model_copy(update={**change, "words_weight": weight}), examples)
         even, rough = (
-            np.mean([learner.generate({"words": {"rough": r, "sticky": 4.0}}, seed=n).samples.std() for n in range(3)])
-            for r in (1.6, 5.8)
-        )  # fmt: skip
+            np.mean(
+                [
+                    learner.generate({"words": {"rough": r, "sticky": 8 - r}}, seed=n).samples.std()
+                    for n in range(3)
+                ]
+            )
+            for r in (1.6, 6.4)
+        )
         steps.append(rough / even)
-    assert steps[0] < 1.15 < 1.3 < steps[1], steps
+    assert steps[0] < 2 < 4 < steps[1], steps
 
 
 def test_iterations_are_as_many_whatever_a_step_holds(tiny, kind, data, trained):
