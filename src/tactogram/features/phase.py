@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
+from heapq import heappop, heappush
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -227,22 +228,18 @@ def _integrate(
 ) -> None:
     """Fill ``phase`` (frame, bin) in place, from the greatest magnitude outwards, where not ``done``.
 
-    A max-heap on magnitude holds the border of the integrated area; each island that it does not reach starts at
-    phase 0.
+    A heap holds the border of the integrated area, the greatest magnitude first; each island that it does not reach
+    starts at phase 0.
     """
     frames, bins = size.shape
-    heap = np.empty(size.size, np.int64)
     for first in order:
         if done.flat[first]:
             continue
         done.flat[first] = True
         phase.flat[first] = 0.0
-        heap[0] = first
-        count = 1
-        while count > 0:
-            here = heap[0]
-            count -= 1
-            _sift_down(heap, count, heap[count], size)
+        heap = [(-size.flat[first], first)]
+        while heap:
+            _, here = heappop(heap)
             t, m = here // bins, here % bins
             for side in range(4):
                 u, k = t, m
@@ -262,33 +259,4 @@ def _integrate(
                     step = 0.5 * (k - m) * (along_bins[t, m] + along_bins[u, k])
                 phase[u, k] = phase[t, m] + step
                 done[u, k] = True
-                _sift_up(heap, count, u * bins + k, size)
-                count += 1
-
-
-@njit(cache=True, nogil=True)
-def _sift_down(heap: NDArray[np.int64], count: int, item: int, size: NDArray[np.float64]) -> None:
-    """Put ``item`` at the root of the first ``count`` places and let it sink."""
-    index = 0
-    child = 1
-    while child < count:
-        if child + 1 < count and size.flat[heap[child + 1]] > size.flat[heap[child]]:
-            child += 1
-        if size.flat[heap[child]] <= size.flat[item]:
-            break
-        heap[index] = heap[child]
-        index = child
-        child = 2 * index + 1
-    heap[index] = item
-
-
-@njit(cache=True, nogil=True)
-def _sift_up(heap: NDArray[np.int64], index: int, item: int, size: NDArray[np.float64]) -> None:
-    """Put ``item`` at ``index`` and let it rise."""
-    while index > 0:
-        parent = (index - 1) // 2
-        if size.flat[heap[parent]] >= size.flat[item]:
-            break
-        heap[index] = heap[parent]
-        index = parent
-    heap[index] = item
+                heappush(heap, (-size[u, k], u * bins + k))
