@@ -8,23 +8,21 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import BaseModel, Field, field_validator
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Signal
 from tactogram.signal.filters import bandpass, dft321, principal_axis
 from tactogram.signal.resampling import resample
 from tactogram.text_files import parse_toml, read_toml
-from tactogram.validation import validated, with_changes
+from tactogram.validation import DescribedModel, validated, with_changes
 
 
-class Preparation(BaseModel):
+class Preparation(DescribedModel):
     """Preparation of a recording for a model, the same in training, evaluation and use.
 
     In this order: select ``stream``; cut to ``length``; select ``axes``; band-pass ``band``; resample to ``rate``.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     stream: str | None = None
     """Name of the stream; None is ``acceleration`` if there is one, else the first of the data set."""
@@ -80,10 +78,8 @@ class Preparation(BaseModel):
         return min(own, 2.5 * self.band[1])
 
 
-class TrainingSettings(BaseModel):
+class TrainingSettings(DescribedModel):
     """Settings of the training loop; only ``precision`` affects what is learned."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     precision: Literal["32-true", "bf16-mixed", "16-mixed", "auto"] = "32-true"
     """Lightning Fabric's name of the number format; ``auto`` is ``bf16-mixed`` on processors and GPUs that multiply
@@ -94,10 +90,8 @@ class TrainingSettings(BaseModel):
     """Steps between lines of metrics.jsonl."""
 
 
-class Recipe(BaseModel):
+class Recipe(DescribedModel):
     """Recipe of a training. A file holds only values that differ from the defaults; unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     model: str
     seed: int = Field(default=0, ge=0)

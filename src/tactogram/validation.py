@@ -25,6 +25,12 @@ class FrozenModel(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+class DescribedModel(FrozenModel):
+    """As `FrozenModel`, with the docstrings below its fields as their descriptions, for forms and help."""
+
+    model_config = ConfigDict(use_attribute_docstrings=True)
+
+
 @dataclass(frozen=True)
 class Fault:
     """A wrong value: its place as keys and indices, and the sentence that `validated` raises for it."""

@@ -7,19 +7,17 @@ from pathlib import Path
 from typing import Annotated, Self
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.signal.io.atomic import atomic_write
 from tactogram.signal.io.content import TableLayout
 from tactogram.text_files import read_toml
-from tactogram.validation import validated
+from tactogram.validation import DescribedModel, validated
 
 
-class TableMapping(BaseModel):
+class TableMapping(DescribedModel):
     """Layouts of the tables in a folder."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     layout: Annotated[tuple[TableLayout, ...], Field(min_length=1)]
     """Layouts, each of tables with other columns, or of another stream in the same tables."""

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict
 
 from tactogram.errors import ParameterError
 from tactogram.model.batch_share import WHOLE_BATCH, BatchShare
@@ -17,6 +16,7 @@ from tactogram.model.conditions import Condition
 from tactogram.model.kinds import Limit, word_limits
 from tactogram.model.state import Saved
 from tactogram.signal import Image, Signal
+from tactogram.validation import DescribedModel
 
 if TYPE_CHECKING:
     import torch
@@ -24,10 +24,8 @@ if TYPE_CHECKING:
     from torch import Tensor, nn
 
 
-class ModelConfig(BaseModel):
+class ModelConfig(DescribedModel):
     """Configuration of a model, or of a part of it: a frozen pydantic model that refuses unknown keys."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     def input_samples(self, rate: float) -> int:
         """Return the samples of its input at a sampling rate in Hz: the window of ``live``; 0 if any will do."""

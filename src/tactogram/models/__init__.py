@@ -9,13 +9,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from tactogram.errors import ParameterError, Remedy, shown
 from tactogram.model import Kind, Model, ModelConfig, condition_types
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 
 if TYPE_CHECKING:
     import torch
@@ -36,10 +36,8 @@ LearnsFrom = Literal["recordings", "ratings", "images", "both"]
 """Recordings of materials; rated signals or images; rated images; or both rated surfaces and rated signals."""
 
 
-class ModelConditions(BaseModel):
+class ModelConditions(FrozenModel):
     """Conditions that a model is given, of `tactogram.model.condition_types`. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     needs: tuple[str, ...] = ()
     """Required conditions; of words, all."""

@@ -7,20 +7,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import BaseModel, ConfigDict
-
 from tactogram import models
 from tactogram.errors import RunError
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 
 if TYPE_CHECKING:
     from tactogram.training.run import Run
 
 
-class PublishedResult(BaseModel):
+class PublishedResult(FrozenModel):
     """A line of a results.toml: one figure, published and ours."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     what: str
     """Name of the figure, with its unit."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.model import ImageExample
@@ -19,7 +19,7 @@ from tactogram.models import available
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, check_writable, load_arrays, write_text
 from tactogram.text_files import read_json
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 from tactogram.workflows import ProgressCallback, silent
 from tactogram_benchmark.data import OpenTask, rated_examples, ratings_of
 from tactogram_benchmark.result import BenchmarkResult, result_of, save_shown
@@ -29,10 +29,8 @@ from tactogram_benchmark.task_kind import Question, check_answers, kind_of
 ABOUT = "about.json"
 
 
-class AboutModel(BaseModel):
+class AboutModel(FrozenModel):
     """Content of ``about.json`` beside answers. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     model: str = Field(pattern=r"^[\w.-]+$")
     how: str = Field(min_length=1)

@@ -12,13 +12,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import atomic_write, write_signal, write_text
 from tactogram.text_files import read_json
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 from tactogram_benchmark.data import OpenTask
 from tactogram_benchmark.task import BenchmarkTask
 from tactogram_benchmark.task_kind import Figure, Judgement, kind_of
@@ -30,20 +30,16 @@ Entry = Literal["model", "baseline", "outside"]
 """A model of this package or a folder of models; a baseline of the kind of task; or answers from a file."""
 
 
-class ResultData(BaseModel):
+class ResultData(FrozenModel):
     """The store that a result was measured on."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str
     sha256: str
     simulated: bool
 
 
-class BenchmarkResult(BaseModel):
+class BenchmarkResult(FrozenModel):
     """Content of a result's file. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     format: Literal["tactogram-benchmark-result"] = FORMAT
     version: Literal[1] = VERSION

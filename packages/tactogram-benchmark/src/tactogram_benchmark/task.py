@@ -9,24 +9,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.datasets import Split
 from tactogram.errors import DataError, ParameterError
 from tactogram.plugins import further_folders
 from tactogram.recipe import Preparation
 from tactogram.text_files import read_toml
-from tactogram.validation import validated
+from tactogram.validation import FrozenModel, validated
 
 TASKS = Path(__file__).parent / "tasks"
 FOLDERS_VARIABLE = "TACTOGRAM_TASKS"
 """Environment variable with further folders of tasks, separated as in PATH."""
 
 
-class TaskOptions(BaseModel):
+class TaskOptions(FrozenModel):
     """Base of the options of a kind, and of other parts of a task. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class TaskData(TaskOptions):

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
+from tactogram.validation import DescribedModel
 
 if TYPE_CHECKING:
     from tactogram_study.answers import Targets
@@ -22,10 +23,8 @@ ALPHA = 0.05
 """A difference is shown if p is below, unless the study has another."""
 
 
-class EquivalenceMargin(BaseModel):
+class EquivalenceMargin(DescribedModel):
     """Half the width of what counts as equal; a plain number is a margin without a reason."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     value: float = Field(gt=0, allow_inf_nan=False)
     because: str = ""
@@ -37,10 +36,8 @@ class EquivalenceMargin(BaseModel):
         return {"value": value} if isinstance(value, int | float) else value
 
 
-class PlannedAnalysis(BaseModel):
+class PlannedAnalysis(DescribedModel):
     """Analysis planned in the study's file before any answer."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     margins: dict[str, EquivalenceMargin] = Field(default_factory=dict)
     """By question or measure, as the design names them. Without a margin nothing can be shown to be equivalent."""

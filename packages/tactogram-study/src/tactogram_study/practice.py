@@ -11,9 +11,10 @@ import zlib
 from dataclasses import replace
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
+from tactogram.validation import DescribedModel
 from tactogram_study.designs import Design
 from tactogram_study.stimuli import Stimulus
 from tactogram_study.trials import DesignContext, History, Page, PageAnswers, Participant
@@ -24,10 +25,8 @@ MARK = "practice"
 """Design of the rows; their extra column of this name is the design that was practised."""
 
 
-class Practice(BaseModel):
+class Practice(DescribedModel):
     """Content of the table ``practice`` in a study's file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     trials: int = Field(ge=1, le=100)
     feedback: bool = False

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import ParameterError
+from tactogram.validation import DescribedModel
 from tactogram_study.wording import Wording
 
 LONGEST_TEXT = 2000
@@ -16,10 +17,8 @@ IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_-]{0,63}$"
 Identifier = Annotated[str, Field(pattern=IDENTIFIER)]
 
 
-class AnswerOption(BaseModel):
+class AnswerOption(DescribedModel):
     """Option of a choice."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     value: Annotated[str, Field(min_length=1, max_length=100)]
     """Stored answer."""
@@ -33,10 +32,8 @@ class AnswerOption(BaseModel):
         return self
 
 
-class Question(BaseModel):
+class Question(DescribedModel):
     """Question of a study's file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     id: Identifier
     text: Wording

@@ -7,17 +7,16 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.special import ndtr
 
+from tactogram.validation import FrozenModel
 from tactogram_study.questions import Question
 from tactogram_study.trials import Page, PageQuestion
 
 
-class SimulatedEffect(BaseModel):
+class SimulatedEffect(FrozenModel):
     """True effect in simulated participants; none by default."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     d_prime: float = Field(default=0.0, ge=0, le=10)
     """Discriminability of two stimuli, in sds."""

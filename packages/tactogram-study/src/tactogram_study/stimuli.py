@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from tactogram.model import condition_types
-from tactogram.validation import Fault, FaultError
+from tactogram.validation import DescribedModel, Fault, FaultError
 from tactogram_study.wording import Wording
 
 Name = Annotated[str, Field(min_length=1, max_length=120)]
@@ -23,10 +23,8 @@ SIGNALS, PICTURES = ("file", "run", "simulated"), ("image", "image_run", "simula
 """Sources of a signal, and of a picture."""
 
 
-class StimulusSource(BaseModel):
+class StimulusSource(DescribedModel):
     """Origin of a stimulus. In a grid, ``{item}`` and ``{condition}`` are replaced in every text."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     file: str = ""
     """Signal file, relative to the study's file."""
@@ -122,10 +120,8 @@ class Stimulus(StimulusSource):
         return any(getattr(self, name) for name in SIGNALS)
 
 
-class StimulusGrid(BaseModel):
+class StimulusGrid(DescribedModel):
     """Every item in every condition."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     items: tuple[Name, ...] = ()
     numbered: str = ""

@@ -10,11 +10,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, SerializeAsAny, field_validator, model_validator
+from pydantic import Field, SerializeAsAny, field_validator, model_validator
 
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
-from tactogram.validation import Fault, FaultError, faults, validated, with_changes
+from tactogram.validation import DescribedModel, Fault, FaultError, faults, validated, with_changes
 from tactogram_study.designs import Design, designs
 from tactogram_study.designs.catalogue import FOLDERS_VARIABLE
 from tactogram_study.planned import PlannedAnalysis
@@ -30,10 +30,8 @@ PLAIN_TEXT_LANGUAGES: tuple[Language, ...] = ("en", "ja")
 """Languages of a study that neither lists any nor has a text in one."""
 
 
-class Study(BaseModel):
+class Study(DescribedModel):
     """Content of a study's file. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     name: Name
     """Part of every row and of file names; lower-case letters, digits and _."""

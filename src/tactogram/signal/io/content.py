@@ -10,14 +10,14 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from tactogram.errors import DataError, ParameterError, Remedy, TactogramError, UnitError
 from tactogram.signal.signal import RATES, Domain, Signal, check_rate
 from tactogram.signal.timing import steps_alike, to_uniform
 from tactogram.signal.units import parse_seconds, parse_unit
 from tactogram.text_files import parse_json
-from tactogram.validation import facts_of
+from tactogram.validation import DescribedModel, facts_of
 
 VERSION = 1
 TIME, RATE, IGNORED, UNCLEAR = "time", "rate", "ignored", "unclear"
@@ -126,15 +126,13 @@ class ColumnUse:
     reason: str | None = None  # what an ignored column is, or why it is left out
 
 
-class TableLayout(BaseModel):
+class TableLayout(DescribedModel):
     """Contents of the columns of a table, whatever their headings suggest."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     columns: Annotated[tuple[str, ...], Field(min_length=1)]
     """All headings of the tables to which it applies, in order (``"1"``, ``"2"``, … of a table without any), or the
     names of all arrays in an NPZ or MAT file (``"data:1"``, ``"data:2"``, … for the columns of a matrix)."""
-    axes: dict[str, str] = {}
+    axes: dict[str, str] = Field(default_factory=dict)
     """Heading of each axis by the axis's name: the other columns are ignored. Without any, the headings decide."""
     unit: str | None = None
     """Unit of the axes; by default that of their headings."""

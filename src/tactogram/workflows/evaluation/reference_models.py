@@ -10,7 +10,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from threadpoolctl import threadpool_limits
 
 from tactogram import models
@@ -24,6 +24,7 @@ from tactogram.signal.displacement import played
 from tactogram.signal.resampling import resample
 from tactogram.training.checkpoint import load_state, save_state
 from tactogram.training.loop import run_training
+from tactogram.validation import FrozenModel
 from tactogram.workflows.progress import ProgressCallback
 
 BASELINES = ("ar_texture", "replay")
@@ -42,10 +43,8 @@ SMALLEST_WINDOW = 8
 """Samples: the largest as in the quick recipe of stroke_cnn; smaller ones vanish in its poolings."""
 
 
-class EvaluationSettings(BaseModel):
+class EvaluationSettings(FrozenModel):
     """Effort spent on an evaluation."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     steps: int = Field(default=700, gt=0)
     """Training steps of the classifier whose embedding is used."""

@@ -11,20 +11,18 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from tactogram.errors import ParameterError
 from tactogram.text_files import read_toml
-from tactogram.validation import validated, with_changes
+from tactogram.validation import FrozenModel, validated, with_changes
 
 Name = Annotated[str, Field(min_length=1)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
-class TakeLimits(BaseModel):
+class TakeLimits(FrozenModel):
     """Limits of a good take. A take beyond one is marked, and can still be accepted."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     shortest: float = Field(default=0.98, ge=0, le=1)
     """Least share of the planned length, lost samples included."""
@@ -45,10 +43,8 @@ class TakeLimits(BaseModel):
     """Largest relative difference between the measured rate and the source's nominal one."""
 
 
-class SessionPlan(BaseModel):
+class SessionPlan(FrozenModel):
     """Session plan from a TOML file. Unknown keys are errors."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str = ""
     """A line."""

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.extras import device_errors, imported, silenced
 from tactogram.signal import parse_unit
+from tactogram.validation import FrozenModel
 from tactogram_capture.source import Block, SourceKind, SourceLost
 from tactogram_capture.stream.channels import DeviceSource, axis_names, source_facts
 
@@ -79,10 +80,8 @@ WAITING_S = 10.0
 """Samples buffered for the reader, s; later ones are lost."""
 
 
-class AudioFormat(BaseModel):
+class AudioFormat(FrozenModel):
     """Options of ``audio:NAME``: the format in which an input is opened."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate: int = Field(default=48000, ge=1000, le=768000)
     channels: int = Field(default=1, ge=1, le=64)

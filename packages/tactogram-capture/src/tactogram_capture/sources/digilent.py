@@ -7,21 +7,20 @@ from time import monotonic, sleep
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.extras import device_errors, digilents, imported
 from tactogram.signal import parse_unit
+from tactogram.validation import FrozenModel
 from tactogram_capture.source import Block, SourceKind
 from tactogram_capture.stream.channels import DeviceSource, axis_names
 
 _POLL_S = 0.002
 
 
-class ScopeFormat(BaseModel):
+class ScopeFormat(FrozenModel):
     """Options of ``digilent:SERIAL``: the format in which inputs are read."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     channels: str = "1"
     """Printed numbers of the inputs, from 1, separated by commas."""

@@ -5,18 +5,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import DeviceError, ParameterError
 from tactogram.extras import device_errors, lsl
+from tactogram.validation import FrozenModel
 from tactogram_capture.source import Block, SourceKind
 from tactogram_capture.stream.channels import DeviceSource, described_axes, described_unit, split_at_gaps
 
 
-class LslOptions(BaseModel):
+class LslOptions(FrozenModel):
     """Options of ``lsl:NAME``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     type: str | None = None
     """Find the stream by its type instead: ``lsl:?type=Acceleration``."""

@@ -7,11 +7,12 @@ from contextlib import suppress
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.extras import device_errors, imported
 from tactogram.signal import STANDARD_GRAVITY, parse_unit
+from tactogram.validation import FrozenModel
 from tactogram_capture.source import Block, SourceKind
 from tactogram_capture.stream.channels import DeviceSource, axis_names
 
@@ -21,10 +22,8 @@ _TIMED_OUT = -200284
 _TERMINALS = {"default": "DEFAULT", "rse": "RSE", "nrse": "NRSE", "diff": "DIFF", "pseudodiff": "PSEUDO_DIFF"}
 
 
-class AnalogFormat(BaseModel):
+class AnalogFormat(FrozenModel):
     """Options of ``ni:CHANNELS``: the format in which analogue inputs are read."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate: float = Field(default=10000.0, gt=0, allow_inf_nan=False)
     kind: Literal["voltage", "acceleration"] = "voltage"

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from tactogram.validation import FrozenModel
 from tactogram_capture.source import SourceKind, required_place
 from tactogram_capture.stream.byte_source import BAUD, SerialPort
 from tactogram_capture.twelite.source import TweliteSource
 
 
-class TweliteOptions(BaseModel):
+class TweliteOptions(FrozenModel):
     """Options of ``twelite:PORT``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     baud: int = Field(default=BAUD, ge=300, le=12_000_000)
     sender: str | None = None

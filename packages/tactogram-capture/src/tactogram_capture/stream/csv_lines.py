@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import Message, Remedy
 from tactogram.signal import parse_unit
@@ -25,6 +25,7 @@ from tactogram.signal.io import (
     unit_note,
     unstamped,
 )
+from tactogram.validation import FrozenModel
 from tactogram_capture.stream.channels import axis_names
 
 LONGEST_LINE = 4096
@@ -170,10 +171,8 @@ def _value(cell: str) -> float | None:
     return math.nan if _NOT_FINITE.fullmatch(cell) else None
 
 
-class CsvFormat(BaseModel):
+class CsvFormat(FrozenModel):
     """Format of a board's lines; by default the columns are understood as those of a table in a file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     time: str | None = None
     """Column of the board's time, by name or number (from 1), with its unit if need be (``ticks [us]``); ``"none"`` if

@@ -11,10 +11,11 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from tactogram.errors import ParameterError
 from tactogram.signal import STANDARD_GRAVITY, Signal, resample
+from tactogram.validation import FrozenModel
 from tactogram_capture.source import SourceEnded, SourceLost
 from tactogram_capture.stream.raw_log import RawLog
 from tactogram_capture.twelite.messages import (
@@ -34,10 +35,8 @@ Measured = Signal | Iterator[NDArray[np.float32]] | None
 """What a simulated sensor measures; see `transmissions`."""
 
 
-class SimulatedReceiver(BaseModel):
+class SimulatedReceiver(FrozenModel):
     """Timing, losses and damage of a simulated receiver; the defaults are a real one at 330 Hz without losses."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate: float = Field(default=330.0, gt=0, le=1e6)
     """Samples per second of the sensor; real ones reach 690 over 115200 baud."""

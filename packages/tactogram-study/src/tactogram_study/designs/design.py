@@ -13,9 +13,8 @@ from pkgutil import resolve_name
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict
-
 from tactogram.errors import ParameterError
+from tactogram.validation import DescribedModel
 from tactogram_study.planned import PowerAssumptions
 from tactogram_study.questions import AnswerOption, Question
 from tactogram_study.stimuli import Stimulus
@@ -48,14 +47,12 @@ class MarginScale:
     below: float = math.inf
 
 
-class Design(BaseModel, ABC):
+class Design(DescribedModel, ABC):
     """A study design: its settings in a study's file, and how it is presented, simulated, analysed and drawn.
 
     A design defines its ``kind``, `next_page` and `total`; everything else has a default. Class variables and class
     methods hold for every study of the kind, also for a table of answers without its study.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     title: ClassVar[str] = ""
     """Title in lists and reports."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
+from tactogram.validation import FrozenModel
 from tactogram_study.wording import Language
 
 Text = Annotated[str, Field(max_length=4000)]
@@ -16,10 +17,8 @@ Device = Annotated[dict[str, Any], Field(max_length=100)]
 """Facts that a device reports; the store drops those that it cannot keep."""
 
 
-class RequestBody(BaseModel):
+class RequestBody(FrozenModel):
     """Body of a request. Unknown keys are refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 class JoinRequest(RequestBody):
