@@ -55,10 +55,6 @@ def _import_text(report: dict[str, Any]) -> str:
     return "\n".join([*lines, *said, *several_rates(report["several_rates_hz"])])
 
 
-def _import_status(report: dict[str, Any]) -> int:
-    return 1 if report.get("question") or report.get("needs_skip_bad") else 0
-
-
 def _info_text(facts: dict[str, Any]) -> str:
     text = lines_of({name: shortened(value) for name, value in facts.items() if name != "ratings"})
     return text + ("" if facts["ratings"] is None else f"\n{ratings_text(facts['ratings'])}")
@@ -81,7 +77,7 @@ VERBS = {
     "data import": Verb(
         f"{WORKFLOWS}.stores:import_store",
         _import_text,
-        status=_import_status,
+        status=lambda report: 1 if report.get("question") or report.get("needs_skip_bad") else 0,
         advice=ADVICE,
     ),
     "data export": Verb(f"{WORKFLOWS}.stores:export_store", lines_of),

@@ -81,16 +81,17 @@ def _cloned(run: "Run") -> str:
     return "\n".join([*lines, f"tactogram stream {run.folder} --mix {materials[0]}=1"])
 
 
-def _clone_notes(run: "Run") -> list[str]:
-    return list(run.facts()["notes"])
-
-
 def _mixed(result: dict[str, Any]) -> str:
     return f"{result['in_words']}\nfigure: {result['figure']}"
 
 
 VERBS = {
-    "clone": Verb("tactogram.workflows.generation.clone:clone", _cloned, _clone_notes, facts=_clone_facts),
+    "clone": Verb(
+        "tactogram.workflows.generation.clone:clone",
+        _cloned,
+        lambda run: run.facts()["notes"],
+        facts=_clone_facts,
+    ),
     "generate": Verb("tactogram.cli.combined:generate_to_files", _generated, _limits, folders=("models",)),
     "mix": Verb("tactogram.workflows.evaluation.mixing_ladder:mixing_ladder", _mixed, folders=("models",)),
 }

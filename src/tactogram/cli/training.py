@@ -55,11 +55,9 @@ def _evaluated(result: dict[str, Any]) -> str:
 
 
 def _exported(facts: dict[str, Any]) -> str:
-    return _networks_text(facts) if "networks" in facts else lines_of(facts)
-
-
-def _networks_text(facts: dict[str, Any]) -> str:
-    """Return the files of networks, with how far onnxruntime is from the package."""
+    """Return the facts; of networks their files, with how far onnxruntime is from the package."""
+    if "networks" not in facts:
+        return lines_of(facts)
     rows = [("network", "file", "KiB", "output", "largest difference")]
     for name, each in facts["networks"].items():
         for output, difference in each["difference"].items():

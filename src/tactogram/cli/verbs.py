@@ -43,18 +43,6 @@ UNIT = re.compile(r"_(mm_s|mm|ms|min|hz|s|n|db)$")
 """End of a parameter's name, which its option leaves to the help."""
 
 
-def _no_notes(result: Any) -> Iterable[str]:
-    return ()
-
-
-def _itself(result: Any) -> Any:
-    return result
-
-
-def _ok(result: Any) -> int:
-    return 0
-
-
 class UsageError(Exception):
     """Options that do not go together; shown with the usage line, exit status 2."""
 
@@ -68,11 +56,11 @@ class Verb(NamedTuple):
 
     function: str
     text: Callable[[Any], str]
-    notes: Callable[[Any], Iterable[str]] = _no_notes
+    notes: Callable[[Any], Iterable[str]] = lambda result: ()
     """Lines for stderr."""
     folders: tuple[str, ...] = ()
     """Names of the `FOLDERS` that it accepts."""
-    status: Callable[[Any], int] = _ok
+    status: Callable[[Any], int] = lambda result: 0
     """Exit status of a result."""
     listing: tuple[str, Callable[[Printer], None]] | None = None
     """Help and function of ``--list``, which needs no other option."""
@@ -82,7 +70,7 @@ class Verb(NamedTuple):
     """Context in which the function runs; it may yield further arguments of it, such as callbacks."""
     named: tuple[str, ...] = ()
     """Parameters that are options, although Python takes them by position, too."""
-    facts: Callable[[Any], Any] = _itself
+    facts: Callable[[Any], Any] = lambda result: result
     """JSON value of a result."""
     bare: tuple[str, ...] = ()
     """Options that may come without a value, which is empty then."""

@@ -19,7 +19,6 @@ from tactogram.datasets.recording import Recording, item_of
 from tactogram.datasets.store.layout import StoreStreamInfo
 from tactogram.datasets.store.photographs import Photograph
 from tactogram.errors import DataError, TactogramError, UnitError
-from tactogram.signal import Signal
 from tactogram.signal.io import read_columns
 from tactogram.signal.io.content import IGNORED, LABELS, RATE, TIME, UNCLEAR, ColumnUse, TableLayout
 from tactogram.signal.units import parse_seconds, parse_unit
@@ -231,7 +230,9 @@ class _PreviewTarget:
         if photograph is not None:
             self.photographs.add(photograph.key)
         columns = recording.reading.columns if recording.reading else ()
-        key = columns or _signals_key(recording.streams)
+        key = columns or tuple(
+            (name, signal.unit, signal.axes, signal.rate) for name, signal in recording.streams.items()
+        )
         tables = recording.reading.tables if recording.reading else ()
         group = self.groups.setdefault(key, _Group(recording.source, columns, tables))
         group.mapped |= recording.reading is not None and recording.reading.mapped
@@ -256,7 +257,3 @@ class _PreviewTarget:
         group = next(alike, None) or self.groups.setdefault(columns, _Group(name, columns))
         group.files.add(name)
         group.skipped += 1
-
-
-def _signals_key(streams: Mapping[str, Signal]) -> tuple[object, ...]:
-    return tuple((name, signal.unit, signal.axes, signal.rate) for name, signal in streams.items())

@@ -16,9 +16,10 @@ References
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal, Protocol, cast
+from typing import Literal, cast
 
 import torch
 import torch.nn.functional as F
@@ -39,10 +40,6 @@ SLICES = (2, 7, 12, 21, 30)
 OMITTED = f"the perceptual loss is omitted: set config.vgg_weights to {VGG19.file_name}, from {VGG19.url}"
 """What a training without the file says."""
 WEIGHTS = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1.0)
-
-
-class _FeatureMaps(Protocol):
-    def __call__(self, photo: Tensor) -> Tensor: ...
 
 
 class Trunk(nn.Module):
@@ -97,7 +94,7 @@ class Trunk(nn.Module):
         if self.name == "densenet201":
             return torch.relu(self.network(x))  # as torchvision's own forward
         if self.name == "efficientnet_lite0":
-            return cast(_FeatureMaps, self.network.extract_features)(x)
+            return cast(Callable[[Tensor], Tensor], self.network.extract_features)(x)
         return cast(Tensor, self.network(x))
 
     def train(self, mode: bool = True) -> Trunk:

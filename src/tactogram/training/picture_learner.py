@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import count
-from typing import Annotated, Any, ClassVar, Generic, Protocol, TypeVar, cast
+from typing import Annotated, Any, ClassVar, Generic, TypeVar
 
 import torch
 from pydantic import Field
@@ -68,10 +68,6 @@ class PictureConfig(ModelConfig):
     def window_protocol(self) -> str:
         """Protocol that splits crops of the training data; empty if recordings are split."""
         return self.pairs.window_protocol
-
-
-class _SizedNetwork(Protocol):
-    def check_size(self, rows: int, columns: int) -> None: ...
 
 
 ConfigT = TypeVar("ConfigT", bound=PictureConfig)
@@ -164,8 +160,8 @@ class PictureLearner(Model, Generic[ConfigT]):
 
         Refuses, before any training, examples and picture sizes that the networks cannot take.
         """
-        size, generator = self.config.pairs.size, cast(_SizedNetwork, self.gan.bare_generator)
-        generator.check_size(size, size)
+        size = self.config.pairs.size
+        self.gan.bare_generator.check_size(size, size)  # type: ignore[operator]
         self.translation.check(examples)
         self.training_examples = examples
         self.unseen(self.validation_examples)

@@ -77,10 +77,6 @@ class PowerMethod:
         """Return p of each simulated study, and the columns of its row, ``equivalence`` first, if nothing differs."""
         raise NotImplementedError
 
-    def equivalence(self, rng: np.random.Generator, batch: StudyBatch) -> float:
-        """Return how often studies of one size show equivalence when there is no difference."""
-        return float(self.shares(rng, batch, {"type_1": self.null})["equivalence"])
-
     def check(self, assumed: PowerAssumptions) -> None:
         """Raise `ParameterError` for assumptions that the method cannot simulate."""
         if assumed.items:
@@ -307,7 +303,7 @@ def _equivalence_from(
         while low < high:  # bisection: power grows with participants
             middle = (low + high) // 2
             batch = StudyBatch(TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
-            shown = method.equivalence(rng, batch)
+            shown = method.shares(rng, batch, {"type_1": method.null})["equivalence"]
             low, high = (low, middle) if shown >= ENOUGH else (middle + 1, high)
         people_by_trials[trials] = TRIED[low] if low < len(TRIED) else None
     progress(LOOKING, len(people_by_trials), len(assumed.trials))

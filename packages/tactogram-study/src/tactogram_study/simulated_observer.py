@@ -71,10 +71,6 @@ class SimulatedObserver:
         """Return the time on a page, s: lognormal, about 2 s for each question."""
         return float(len(page.questions) * 2.0 * math.exp(0.4 * self.rng.standard_normal()))
 
-    def right_or_wrong(self, question: PageQuestion, share: float) -> str:
-        """Return the right answer in a share of trials, else another."""
-        return question.right if self.rng.random() < share else self.other_option(question, question.right)
-
     def other_option(self, question: PageQuestion, excluded: str) -> str:
         """Return another option of a question, one at random if there are several."""
         others = [option.value for option in question.question.options if option.value != excluded]

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,11 +60,8 @@ NEIGHBOURS = 5
 """k of precision, recall, density and coverage: Naeem et al. 2020."""
 
 
-class PartCallback(Protocol):
-    """Callback for progress: a task, the number of finished parts, and their total."""
-
-    def __call__(self, task: str, done: int, total: int, /) -> None:
-        """Report progress."""
+PartCallback = Callable[[str, int, int], None]
+"""Callback for progress: a task, the number of finished parts, and their total."""
 
 
 def evaluate_generation(

@@ -212,11 +212,6 @@ def _mean_square(error: Tensor, data: Tensor) -> Tensor:
     return (error.square().mean(inner) / data.square().mean(inner).clamp_min(1)).mean()
 
 
-def times_of(steps: int) -> list[float]:
-    """Return the times between the solver's steps, from 0 to 1."""
-    return [(step / steps) ** DENSITY for step in range(steps + 1)]
-
-
 def solve(velocity: Velocity, noise: Tensor, steps: int) -> Tensor:
     """Return data, (batch, …), that ``noise`` flows to in ``steps`` steps, one evaluation of ``velocity`` each.
 
@@ -226,7 +221,7 @@ def solve(velocity: Velocity, noise: Tensor, steps: int) -> Tensor:
     """
     x = noise
     earlier: tuple[float, Tensor] | None = None
-    for begin, end in pairwise(times_of(steps)):
+    for begin, end in pairwise([(step / steps) ** DENSITY for step in range(steps + 1)]):
         slope = mean = velocity(x, torch.full((len(x),), begin).to(x))
         if earlier is not None:
             time, before = earlier

@@ -102,7 +102,11 @@ class KnownSurfaces:
     @property
     def scores(self) -> NDArray[np.float64]:
         """Scores, 0 to 1, shape (row, word), between whose extremes words were learned."""
-        return self.rated if self.predictor is None else self.predictor.word_range.numpy()
+        return (
+            self.rated
+            if self.predictor is None
+            else self.predictor.told_range[:, len(self.predictor.conditions) :].numpy()
+        )
 
     @property
     def descriptions(self) -> tuple[str, ...]:
@@ -165,10 +169,6 @@ class KnownSurfaces:
         if learned is None or (speed is None and not or_median):
             return None
         return learned.median if speed is None else min(max(float(speed), learned.least), learned.most)
-
-    def surface_like(self, material: int) -> Surface:
-        """Return a surface of the material's mean, 0 if it is not known."""
-        return self.surfaces[material] if self.surfaces else self.spectra.blank(len(self.kind.axes))
 
     def _stroke_of_vibration(self, condition: Condition) -> Condition:
         """Return speed, force and contactor of a given vibration, without those unknown."""
@@ -247,7 +247,11 @@ class MaterialMix:
         else:
             target, reached = predictor.conditions_of(condition), _stroke_conditions(condition)
             surfaces = [
-                predictor.from_strokes(*strokes.of_material(number), target, known.surface_like(number))
+                predictor.from_strokes(
+                    *strokes.of_material(number),
+                    target,
+                    known.surfaces[number] if known.surfaces else known.spectra.blank(len(known.kind.axes)),
+                )
                 for number in chosen
             ]
         tonal = [

@@ -206,11 +206,6 @@ class SurfacePredictor(nn.Module):
             values["contactor"] = contactor_number(contactor)
         return torch.tensor([torch.nan if value is None else float(value) for value in values.values()])
 
-    @property
-    def word_range(self) -> Tensor:
-        """Lowest and highest scores of the words, shape (2, word)."""
-        return self.told_range[:, len(self.conditions) :]
-
     def knows(self, name: str) -> bool:
         """Return whether the training strokes differ in a condition."""
         index = self.conditions.index(name)

@@ -37,16 +37,14 @@ FORCE_N = 0.6
 class MotionFile:
     """Motion from a CSV with `COLUMNS` in any order, at the ascending times in ``time_s``; ``y_mm`` is 0 if omitted.
 
-    A ``loop`` restarts at the end, lifted for a moment, instead of falling silent. Raises `DataError` naming file and
-    line if the file is invalid.
+    Raises `DataError` naming file and line if the file is invalid.
     """
 
     simulated = False
 
-    def __init__(self, path: Path | str, *, loop: bool = False) -> None:
+    def __init__(self, path: Path | str) -> None:
         self.samples = list(_rows(Path(path)))
         self.name = Path(path).name
-        self._loop = loop
         self._next = 0
         self._offset = -self.samples[0].time_s
 
@@ -69,9 +67,6 @@ class MotionFile:
                 break
             samples.append(replace(sample, time_s=time_s, arrival_s=time_s))
             self._next += 1
-            if self._next == len(self.samples) and self._loop and self.seconds > 0:
-                self._next = 0
-                self._offset += self.seconds + 1e-3
         return samples
 
     def close(self) -> None:

@@ -312,7 +312,11 @@ def _axes_of(
         }
         sensors = stated
         places = [i for i in places if i not in others]
-    if len(sensors) > 1 and ask and not _one_set(sensors, headings):
+    if (
+        len(sensors) > 1
+        and ask
+        and axis_letters([headings[i] for each in sensors.values() for i in each]) is None
+    ):
         listed = " or ".join(", ".join(table.headings[i] for i in each) for each in [*sensors.values()][:4])
         first = ",".join(headings[i].name for i in next(iter(sensors.values())))
         raise DataError(
@@ -337,11 +341,6 @@ def _axes_of(
     plain = numbered or (not table.named and len(places) in (1, 3))
     names = [*default_axes(len(places))] if plain else _names(places, table, headings)
     return _converted(name, places, names, [headings[i] for i in places], table)
-
-
-def _one_set(sensors: Mapping[str, Sequence[int]], headings: Sequence[Heading]) -> bool:
-    """Return whether the axes of all sensors together are x, y and z once each."""
-    return axis_letters([headings[i] for each in sensors.values() for i in each]) is not None
 
 
 def _names(places: Sequence[int], table: RawTable, headings: Sequence[Heading]) -> list[str]:

@@ -287,11 +287,8 @@ def read_motion(source: Path | str, how: Reading) -> Motion:
     return motion_of(source, seconds=how.seconds, seed=how.seed)
 
 
-def condition_facts(run: LoadedRun, condition: Condition, recorded: Signal | None = None) -> dict[str, Any]:
-    """Return the facts of `generate_files` on what a condition describes, and on what of it and a recording is limited.
-
-    ``recorded`` is the condition's vibration as it was recorded.
-    """
+def condition_facts(run: LoadedRun, condition: Condition) -> dict[str, Any]:
+    """Return the facts of `generate_files` on what a condition describes, and on what of it is limited."""
     asked, text = with_materials(run, condition), condition.get("text")
     facts: dict[str, Any] = {} if text is None else {"text": text}
     if text is not None and "material" in asked:
@@ -301,8 +298,7 @@ def condition_facts(run: LoadedRun, condition: Condition, recorded: Signal | Non
     facts |= description_facts(run, asked)
     if origins := set_from(run, asked.get("material")):
         facts["set_from"] = origins
-    missing = [] if recorded is None else run.missing_band(recorded)
-    if limited := [*map(str, limits(run, asked)), *missing]:
+    if limited := [*map(str, limits(run, asked))]:
         facts["limited"] = limited
     return facts
 

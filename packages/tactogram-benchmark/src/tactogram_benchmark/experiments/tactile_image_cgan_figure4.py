@@ -134,7 +134,16 @@ def run(
     if measure not in quality.missing:
         figures.append("trade_off.png")
         drawn = trade_off_figure(
-            [_trade_off(name, row, measure) for name, row in cells.items()],
+            [
+                TradeOff(
+                    name,
+                    [cell["following"]["correlation"] for cell in row],
+                    [cell["quality"][measure] for cell in row],
+                    [cell["spread"]["noise_share"] for cell in row],
+                    [cell["spread"]["label_share"] for cell in row],
+                )
+                for name, row in cells.items()
+            ],
             distance=MEASURES[measure][0],
             best=None if best is None else best.correlation,
             title=f"{said}; scores predicted by a rater model; {len(rated_plates.names)} plates, {DRAWS} noises each",
@@ -268,16 +277,6 @@ def _generator_row(run: Path, title: str, plates: RatedPlates) -> GeneratorRow:
         name: [(line["step"], line[name]) for line in metrics] for name in ("generator", "discriminator")
     }
     return GeneratorRow(title, trials, losses)
-
-
-def _trade_off(name: str, cells: Sequence[Mapping[str, Any]], measure: str) -> TradeOff:
-    return TradeOff(
-        name,
-        [cell["following"]["correlation"] for cell in cells],
-        [cell["quality"][measure] for cell in cells],
-        [cell["spread"]["noise_share"] for cell in cells],
-        [cell["spread"]["label_share"] for cell in cells],
-    )
 
 
 def _spread(values: Sequence[float]) -> str:

@@ -72,18 +72,13 @@ def touch_cues(touched: FingerSlide) -> TouchCues:
     )
 
 
-def vibration_felt(level_db: float) -> float:
-    """Return the perceived strength of a vibration: 5 dB below threshold is 0, 40 dB above is 1."""
-    return clip((level_db + 5) / 45)
-
-
 def touch_words(cues: TouchCues, *, sensitivity_db: float = 0.0) -> NDArray[np.float64]:
     """Return the score of each word, 0 to 1, float64, shape (word,), in the order of `WORDS`.
 
     ``sensitivity_db`` is that of a person above the mean.
     """
     c = cues
-    vibration = vibration_felt(c.level_db + sensitivity_db)
+    vibration = clip((c.level_db + sensitivity_db + 5) / 45)
     smooth = (1 - vibration) * (1 - 0.75 * c.coarse)
     middling = float(np.exp(-(((vibration - 0.35) / 0.22) ** 2)))
     words = {

@@ -165,7 +165,7 @@ def _pictures(
     """Draw a signal; ``others`` share its spectrum's scale, None omits the spectrum."""
     traits, title = shown.traits, entry.title
     ui.label(level_text(traits)).classes("small level")
-    draw_note(traits)
+    kit.hint(traits.note) if traits.felt else kit.alert(traits.note).classes("small")
     _play_button(shown, title=title, gain=gain, key=entry.key)
     description = f"Waveform of {title}: {level_text(traits)}"
     _chart(waveform_options(traits, scales=scales), waveform_height(traits), description)
@@ -173,11 +173,6 @@ def _pictures(
     if others is not None:
         description = f"Spectrum of {title} in third octaves. {traits.note}"
         _chart(spectrum_options(traits, others=others), 200, description)
-
-
-def draw_note(traits: SignalTraits) -> ui.label:
-    """Draw what is known of the detection threshold; in red if the signal cannot be felt."""
-    return kit.hint(traits.note) if traits.felt else kit.alert(traits.note).classes("small")
 
 
 def level_text(traits: SignalTraits) -> str:

@@ -113,23 +113,21 @@ class SendService:
 
         def make(folder: Path) -> dict[str, Any]:
             rendered = render(
-                selected.file, out=folder / "drive.npz", figure=True, **self._render_options(request)
+                selected.file,
+                out=folder / "drive.npz",
+                figure=True,
+                display=self.display_file(request.display),
+                level=request.level,
+                how=request.how or None,
+                speed_mm_s=request.speed_mm_s,
+                changes=parse_changes(list(request.changes)),
+                calibration=self.workspace.inside(request.calibration) if request.calibration else None,
+                person=request.person or None,
             )
             return {"report": rendered["report"], "text": rendered["text"]}
 
         options = {**asdict(request), "out": "drive.wav", "figure": True}
         return self._made(request, selected, make, [self._command("render", options, selected)])
-
-    def _render_options(self, request: DriveRequest) -> dict[str, Any]:
-        return {
-            "display": self.display_file(request.display),
-            "level": request.level,
-            "how": request.how or None,
-            "speed_mm_s": request.speed_mm_s,
-            "changes": parse_changes(list(request.changes)),
-            "calibration": self.workspace.inside(request.calibration) if request.calibration else None,
-            "person": request.person or None,
-        }
 
     def drive_file(self, result: SendResult, suffix: str) -> Path:
         """Return the drive in a format, converted on first use."""

@@ -188,7 +188,8 @@ class Design(DescribedModel, ABC):
         value, the true effect, the participant's bias and noise.
         """
         if question.right:
-            return participant.right_or_wrong(question, cls.simulated_share(page, participant))
+            hit = participant.rng.random() < cls.simulated_share(page, participant)
+            return question.right if hit else participant.other_option(question, question.right)
         if question.question.kind == "choice":
             return participant.choice(question)
         return "(simulated)" if question.question.kind == "text" else participant.on_scale(question)

@@ -16,7 +16,7 @@ from tactogram.rendering.files.analysis import HIGHEST_HZ
 from tactogram.rendering.files.catalogue import HapticFormat
 from tactogram.rendering.files.control_points import TAP_MS, StepRules
 from tactogram.rendering.files.documents import DecodedDocument, DocumentHeader, Node, has_key
-from tactogram.rendering.files.events import Events, Part
+from tactogram.rendering.files.events import Events
 
 LONGEST_MS = 5000
 SPLIT_HZ = 100.0
@@ -31,7 +31,10 @@ def encode(events: Events, header: DocumentHeader) -> dict[str, Any]:
     """Return the document of events within 0 to 1."""
     motors = []
     for strong in (True, False):
-        parts = tuple(_of_motor(part, strong) for part in events.parts)
+        parts = tuple(
+            replace(part, amplitude=np.where((part.frequency <= SPLIT_HZ) == strong, part.amplitude, 0.0))
+            for part in events.parts
+        )
         taps = tuple(tap for tap in events.transients if (tap.frequency <= SPLIT_HZ) == strong)
         motors.append(STEPS.write(Events(events.seconds, parts, taps), what="a gamepad effect"))
     edges = np.union1d(motors[0][0], motors[1][0])
@@ -86,11 +89,6 @@ def _bare(document: Any) -> list[Any]:
     """Return effects that are no sequence of this package: one, or a list of them."""
     listed = document if isinstance(document, list) else [document]
     return listed if any(map(has_key("duration"), listed)) and not has_key("effects")(document) else []
-
-
-def _of_motor(part: Part, strong: bool) -> Part:
-    """Return a vibration where its frequency drives this motor, silent elsewhere."""
-    return replace(part, amplitude=np.where((part.frequency <= SPLIT_HZ) == strong, part.amplitude, 0.0))
 
 
 FORMAT = HapticFormat(

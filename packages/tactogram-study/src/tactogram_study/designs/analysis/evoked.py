@@ -38,7 +38,8 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
     """
     kept, notes = numeric_answers(answers, "evoked")
     cells = {
-        (image, word): _votes(group)
+        # One vote per participant: the majority of several answers, a tie as not evoked.
+        (image, word): [int(mean > 0.5) for mean in group.participant_means()[()]]
         for word, of_word in kept.by("question").items()
         for image, group in of_word.by("stimulus").items()
     }
@@ -74,11 +75,6 @@ def analyse_evoked(answers: Answers, *, margin: float | None = None) -> Analysis
     findings += [*words, *contrasts]
     tables = {"per word": per_word, "per image and word": rows}
     return section_of(kept, "Evoked or not", findings, tables, notes, question="evoked")
-
-
-def _votes(answers: Answers) -> list[int]:
-    """Return one vote per participant: the majority of several answers, a tie as not evoked."""
-    return [int(mean > 0.5) for mean in answers.participant_means()[()]]
 
 
 def _words(kept: Answers) -> tuple[list[Finding], list[dict[str, Any]]]:

@@ -303,11 +303,8 @@ def _table(
 def _interval(bootstrapped: tuple[Numbers, ...], index: Any, values: Numbers) -> dict[str, Any]:
     """Return the columns of a mean with its interval, and its standard error as printed."""
     mean, low, high = (float(part[index]) for part in bootstrapped)
-    return {"mean": mean, "low": low, "high": high, "se_as_printed": _printed_se(values)}
-
-
-def _printed_se(values: Numbers) -> float | None:
-    return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
+    se = float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else None
+    return {"mean": mean, "low": low, "high": high, "se_as_printed": se}
 
 
 MOST_BRACKETS = 6
