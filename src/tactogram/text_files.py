@@ -174,9 +174,11 @@ def parse_json(text: str, where: Path | str, *, finite: bool = False) -> Any:
 def finite_json(value: Any) -> Any:
     """Return values for JSON, which has no NaN and no infinity: None stands for them."""
     if isinstance(value, Mapping):
-        return {name: finite_json(inner) for name, inner in value.items()}
+        return {str(name): finite_json(inner) for name, inner in value.items()}
     if isinstance(value, list | tuple):
         return [finite_json(inner) for inner in value]
+    if hasattr(value, "item"):  # a number of NumPy's
+        value = value.item()
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

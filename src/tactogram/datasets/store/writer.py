@@ -60,7 +60,8 @@ class StoreWriter:
         self.ratings: Ratings | None = None
         """Ratings to write; None keeps the stored ones."""
         self.photographs = {material: dict(sources) for material, sources in facts.photographs.items()}
-        self._store = store
+        self.store_so_far = store
+        """The store before this writer, or before the job was interrupted; None if there was none."""
         if store is not None:
             clear_unfinished(folder, own=False)
         self._files = StagedFiles(folder, adding=store is not None, durable=durable)
@@ -146,14 +147,9 @@ class StoreWriter:
         return True
 
     @property
-    def store_so_far(self) -> Store | None:
-        """The store as it was before this writer, or before the job was interrupted; None if there was none."""
-        return self._store
-
-    @property
     def items(self) -> frozenset[str]:
         """Items that can be rated: all added ones and all stored ones."""
-        stored = [] if self._store is None else [item_of(info) for info in self._store.index]
+        stored = [] if self.store_so_far is None else [item_of(info) for info in self.store_so_far.index]
         return frozenset({*self._items, *self.photographs, *(item for item in stored if item)})
 
     def keep(self, done: int) -> None:
@@ -183,8 +179,8 @@ class StoreWriter:
         if self.ratings is not None:
             rated, rated_hash = self._save_ratings(self.ratings), self.ratings.sha256
         ids = np.array(self._ids, ID_TABLE)
-        if self._store is not None:
-            ids = np.concatenate([self._store._ids, ids])
+        if self.store_so_far is not None:
+            ids = np.concatenate([self.store_so_far._ids, ids])
         ids.sort(order="id")
         sha256 = store_hash(ids, self.photographs, rated_hash)
         ids_file = f"ids-{sha256[:16]}.npy"
@@ -204,7 +200,7 @@ class StoreWriter:
             unfinished=unfinished,
         )
         with turn(self.folder):
-            if self._store is not None and StoreInfo.load(self.folder) != self.facts:
+            if self.store_so_far is not None and StoreInfo.load(self.folder) != self.facts:
                 raise DataError(f"{self.folder} was changed by another process; open it again and repeat")
             self._save_ids(ids, self.folder / ids_file)
             with atomic_write(self.folder / FACTS) as part:
@@ -212,7 +208,7 @@ class StoreWriter:
                 part.write_text(facts.text(), encoding="utf-8")
                 self._files.to_disk()
             # From here on the store names the new files, and they stay even if what follows fails.
-            earlier, self.facts, self._done = self.facts, facts, self._store is not None
+            earlier, self.facts, self._done = self.facts, facts, self.store_so_far is not None
             if self._files.durable:
                 to_disk(self.folder)
         if earlier.ids not in ("", ids_file):
@@ -239,8 +235,8 @@ class StoreWriter:
         """Return item and source of a recording that is already stored or added."""
         if id in self._seen:
             return self._seen[id]
-        if self._store is not None and id in self._store:
-            info = self._store.info(id)
+        if self.store_so_far is not None and id in self.store_so_far:
+            info = self.store_so_far.info(id)
             return item_of(info), info.source or id
         return None
 

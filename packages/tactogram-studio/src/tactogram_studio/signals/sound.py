@@ -12,6 +12,7 @@ from fastapi import Response
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
+from tactogram.rendering.drive.safety import fade_window
 from tactogram.signal import Signal, resample
 
 RATE = 48_000
@@ -56,15 +57,11 @@ def sound_of(signal: Signal, *, gain: float | None = None, subtype: str = "FLOAT
     if gain is not None and not 0 < gain <= MOST_GAIN:
         raise ParameterError.must("gain", f"be > 0 and at most {MOST_GAIN:g}", gain)
     x = _one_channel(signal)
-    fade = min(len(x) // 2, round(FADE_S * RATE))
-    if fade:
-        ramp = np.sin(np.linspace(0, np.pi / 2, fade, endpoint=False)) ** 2
-        x[:fade] *= ramp
-        x[-fade:] *= ramp[::-1]
+    if len(x) > 1:
+        x *= fade_window(len(x), round(FADE_S * RATE))
     normalised = gain is None
     if gain is None:
-        peak = float(np.abs(x).max())
-        gain = min(NORMAL_PEAK / peak, MOST_GAIN) if peak > 0 else 1.0
+        gain = common_gain([float(np.abs(x).max())])
     played, share = soft_limited(gain * x)
     out = io.BytesIO()
     soundfile.write(out, played.astype(np.float32), RATE, subtype, format="WAV")

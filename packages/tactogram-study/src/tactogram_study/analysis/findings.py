@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from tactogram.errors import DataError
+from tactogram.text_files import finite_json
 from tactogram_study.planned import ALPHA
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ class AnalysisSection:
         """Return the section as plain values for JSON, with null for what is not finite."""
         rows = {name: [dict(row) for row in rows] for name, rows in self.tables.items()}
         facts = {**vars(self), "findings": [dict(vars(f)) for f in self.findings], "tables": rows}
-        plain: dict[str, Any] = finite(facts)
+        plain: dict[str, Any] = finite_json(facts)
         return plain
 
     def text(self) -> str:
@@ -268,19 +269,6 @@ def number(value: float) -> str:
 def p_text(p: float) -> str:
     """Return a p-value as text."""
     return "p < .0001" if p < 1e-4 else f"p = {p:.4f}".replace("0.", ".", 1)
-
-
-def finite(value: Any) -> Any:
-    """Return values for JSON, with None for what is not finite."""
-    if isinstance(value, Mapping):
-        return {str(name): finite(inner) for name, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(inner) for inner in value]
-    if isinstance(value, bool) or value is None or isinstance(value, str):
-        return value
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return int(value)
 
 
 def _cell(value: Any) -> str:

@@ -17,7 +17,7 @@ from fastapi import APIRouter, FastAPI, Response
 from fastapi.responses import FileResponse, HTMLResponse
 
 from tactogram.errors import ParameterError
-from tactogram_study.analysis.findings import finite
+from tactogram.text_files import finite_json
 from tactogram_study.participants.bodies import (
     AnswersRequest,
     AnswersResponse,
@@ -191,7 +191,7 @@ def _page_fields(session: OpenSession, state: ParticipantState) -> dict[str, Any
     if page is not None:
         session.stimuli.prepare(page)
     return {
-        "page": None if page is None else finite(page.shown(participant.language)),
+        "page": None if page is None else finite_json(page.shown(participant.language)),
         "title": study.title.in_language(participant.language),
         "languages": list(study.languages),
         "language": participant.language,

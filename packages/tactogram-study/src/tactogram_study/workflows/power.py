@@ -66,7 +66,7 @@ def study_power(
     ParameterError
         If there is no such table or study, or a number is out of the table's range.
     """
-    from tactogram_study.analysis.findings import finite
+    from tactogram.text_files import finite_json
     from tactogram_study.power import power_table, power_text
 
     name, tables, options = str(design), power_tables(), dict[str, Any]()
@@ -93,7 +93,7 @@ def study_power(
     table = power_table(
         name, assumed, method, simulations=simulations, seed=seed, alpha=alpha, progress=progress
     )
-    plain: dict[str, Any] = finite(table.as_dict())
+    plain: dict[str, Any] = finite_json(table.as_dict())
     return plain | {"text": power_text(table, method)}
 
 
