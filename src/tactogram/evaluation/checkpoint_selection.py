@@ -39,10 +39,6 @@ class SelectionRule:
                 "window", f"be at least 1 and after at least 0, got {self.window} and {self.after}"
             )
 
-    def allows(self, iteration: int, loss: float, smoothed_rate: float) -> bool:
-        """Return whether an iteration, counted from 1, can be selected."""
-        return iteration > self.after and loss > 0 and self.low <= smoothed_rate <= self.high
-
 
 @dataclass(frozen=True)
 class SelectedIteration:
@@ -105,8 +101,8 @@ class IterationSelector:
         self.seen += 1
         if self.chosen is not None and loss >= self.chosen.loss:
             return False
-        averaged = self.rate
-        if not self.rule.allows(self.seen, loss, averaged):
+        rule, averaged = self.rule, self.rate
+        if not (self.seen > rule.after and loss > 0 and rule.low <= averaged <= rule.high):
             return False
         self.chosen = SelectedIteration(self.seen, loss, averaged)
         return True

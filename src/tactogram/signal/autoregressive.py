@@ -182,8 +182,13 @@ class AutoregressiveModel:
             raise ParameterError.must(
                 "signal", f"be longer than the order {self.order}, got {len(signal)} samples"
             )
-        forward = signal.samples.astype(np.float64) - np.asarray(self.mean)[:, None]
-        return _prediction_error(self.reflection, forward)
+        forward = backward = signal.samples.astype(np.float64) - np.asarray(self.mean)[:, None]
+        for k in self.reflection.T[:, :, None]:
+            forward, backward = (
+                forward[:, 1:] + k * backward[:, :-1],
+                backward[:, :-1] + k * forward[:, 1:],
+            )
+        return forward
 
 
 def mix(
@@ -233,17 +238,6 @@ def mix(
     )
     mixed.__dict__["line_spectrum"] = mean_lines  # cached: a stream mixes mixes, block by block
     return mixed
-
-
-def _prediction_error(reflection: Array, samples: Array) -> Array:
-    """Return the forward prediction errors, shape (axis, time - order)."""
-    forward = backward = samples
-    for k in reflection.T[:, :, None]:
-        forward, backward = (
-            forward[:, 1:] + k * backward[:, :-1],
-            backward[:, :-1] + k * forward[:, 1:],
-        )
-    return forward
 
 
 def _correlation(covariance: Array) -> Array:

@@ -24,7 +24,11 @@ def bandpass(signal: Signal, low: float, high: float) -> Signal:
     mm over displacement), which keeps DC; ``high`` is above it and below half the rate.
     """
     sos = butterworth(signal.rate, low, high, passes=2)
-    return signal.with_samples(_forward_backward(sos, signal, low or high))
+    # Mirrored for three periods of the slower edge, or as far as the ends go.
+    pad = min(len(signal) - 1, int(np.ceil(3 * signal.rate / (low or high))))
+    x = signal.samples.astype(np.float64)
+    y = scipy.signal.sosfiltfilt(sos, x, axis=1, padtype="even" if pad else None, padlen=pad)
+    return signal.with_samples(y)
 
 
 def butterworth(
@@ -128,13 +132,6 @@ def _check_band(rate: float, low: float, high: float) -> None:
         )
     if low == 0 and np.isinf(high):
         raise ParameterError.must("band", "have an edge, got 0 inf")
-
-
-def _forward_backward(sos: NDArray[np.float64], signal: Signal, slowest: float) -> NDArray[np.float64]:
-    """Filter both ways, with the ends mirrored for three periods of the ``slowest`` edge or as far as they go."""
-    pad = min(len(signal) - 1, int(np.ceil(3 * signal.rate / slowest)))
-    x = signal.samples.astype(np.float64)
-    return np.asarray(scipy.signal.sosfiltfilt(sos, x, axis=1, padtype="even" if pad else None, padlen=pad))
 
 
 def minimum_phase(log_magnitude: NDArray[np.float64]) -> NDArray[np.float64]:

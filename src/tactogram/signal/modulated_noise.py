@@ -157,9 +157,25 @@ class ModulatedNoise:
     def lattice(self) -> tuple[Array, Array]:
         """Rotations (lag, 3, gain, gain) of the lattice, and the root (gain, gain) of the scores' covariance.
 
-        A rotation is [[S, K], [-K^T, T]], kept as S, K and T: K is the partial autocorrelation of the lag.
+        A rotation is [[S, K], [-K^T, T]], kept as S, K and T: K is the partial autocorrelation of the lag. By Schur's
+        algorithm on the covariances of the normalised prediction errors with the past scores.
         """
-        return _lattice(self.covariance)
+        unit = np.eye(self.covariance.shape[1])
+        scores = self.covariance.copy()
+        scores[0] += RIDGE * unit
+        root = symmetric_root(scores[0])
+        errors = np.linalg.solve(root, scores)
+        forward, backward = errors[1:], errors[:-1]
+        rotations = []
+        for _ in range(len(scores) - 1):
+            k = forward[0] @ np.linalg.inv(backward[0])
+            s, t = symmetric_root(unit - k @ k.T), symmetric_root(unit - k.T @ k)
+            rotations.append((s, k, t))
+            forward, backward = (
+                np.linalg.solve(s, forward - k @ backward)[1:],
+                np.linalg.solve(t, backward - k.T @ forward)[:-1],
+            )
+        return np.array(rotations), root
 
     @cached_property
     def offset_root(self) -> Array:
@@ -316,23 +332,3 @@ def _log_power(spectrum: Array, tones: Tones, rate: float) -> Array:
     """Return the logarithm of each axis's power."""
     width = rate / 2 / (spectrum.shape[-1] - 1)
     return np.asarray(np.log(np.exp(2 * spectrum).sum(axis=-1) * width + tones.power))
-
-
-def _lattice(covariance: Array) -> tuple[Array, Array]:
-    """Schur's algorithm on the covariances of the normalised prediction errors with the past scores."""
-    unit = np.eye(covariance.shape[1])
-    scores = covariance.copy()
-    scores[0] += RIDGE * unit
-    root = symmetric_root(scores[0])
-    errors = np.linalg.solve(root, scores)
-    forward, backward = errors[1:], errors[:-1]
-    rotations = []
-    for _ in range(len(covariance) - 1):
-        k = forward[0] @ np.linalg.inv(backward[0])
-        s, t = symmetric_root(unit - k @ k.T), symmetric_root(unit - k.T @ k)
-        rotations.append((s, k, t))
-        forward, backward = (
-            np.linalg.solve(s, forward - k @ backward)[1:],
-            np.linalg.solve(t, backward - k.T @ forward)[:-1],
-        )
-    return np.array(rotations), root

@@ -147,14 +147,9 @@ class Run:
                 f"it is a store; train a model on it: tactogram train MODEL --data {self.folder} --out RUN"
             )
         else:
-            reason = f"expected a folder that `tactogram train` made{self._absence}"
+            got = "a folder" if self.folder.is_dir() else "a file" if self.folder.exists() else "none"
+            reason = f"expected a folder that `tactogram train` made, got {got}"
         raise RunError(f"{self.folder}: not a run: {reason}")
-
-    @property
-    def _absence(self) -> str:
-        return ", got " + (
-            "a folder" if self.folder.is_dir() else "a file" if self.folder.exists() else "none"
-        )
 
     @property
     def name(self) -> str:

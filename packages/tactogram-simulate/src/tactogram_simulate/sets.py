@@ -163,7 +163,17 @@ def tasks(
     if seed < 0:
         raise ParameterError.must("seed", "be >= 0", seed)
     if not facts.speeds_mm_s:
-        return _tasks_of_any_speed(set_name, seed, surfaces, takes, speeds, length, hertz, own_images)
+        strokes = []  # at any speed, unless some are given, and at any force
+        for surface in surfaces:
+            for index in range(takes * max(1, len(speeds))):
+                drawn, force = random_stroke(seed, surface, index)
+                speed = speeds[index // takes] if speeds else drawn
+                by = facts.contactors[index % len(facts.contactors)].name
+                own = {"own_image": own_images}
+                strokes.append(
+                    RecordingTask(set_name, seed, surface, by, speed, index + 1, length, hertz, force, **own)
+                )
+        return strokes
     return [
         RecordingTask(set_name, seed, surface, by.name, speed, take, length, hertz, own_image=own_images)
         for surface in surfaces
@@ -171,31 +181,6 @@ def tasks(
         for speed in speeds
         for take in range(1, takes + 1)
     ]
-
-
-def _tasks_of_any_speed(
-    set_name: str,
-    seed: int,
-    surfaces: range,
-    takes: int,
-    speeds: tuple[float, ...],
-    seconds: float,
-    rate: float,
-    own_images: bool,
-) -> list[RecordingTask]:
-    """Return ``takes`` strokes of each surface at each of ``speeds``, or if there are none at any; at any force."""
-    contactors, strokes = SETS[set_name].contactors, []
-    for surface in surfaces:
-        for index in range(takes * max(1, len(speeds))):
-            drawn, force = random_stroke(seed, surface, index)
-            speed = speeds[index // takes] if speeds else drawn
-            by = contactors[index % len(contactors)].name
-            strokes.append(
-                RecordingTask(
-                    set_name, seed, surface, by, speed, index + 1, seconds, rate, force, own_image=own_images
-                )
-            )
-    return strokes
 
 
 def surface_count(set_name: str, random: int | None = None) -> int:

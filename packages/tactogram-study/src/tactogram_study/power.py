@@ -283,21 +283,11 @@ def power_table(
             rows.append({"participants": people, "trials": count, **shares})
             done += simulations * people
             progress(TAKING, done, whole)
-    equivalence_from = _equivalence_from(method, assumed, alpha, seed, progress)
-    return PowerTable(name, assumed, simulations, seed, alpha, tuple(rows), equivalence_from)
-
-
-def _equivalence_from(
-    method: PowerMethod,
-    assumed: PowerAssumptions,
-    alpha: float,
-    seed: int,
-    progress: ProgressCallback,
-) -> dict[int, int | None]:
-    """Return the number of participants from which equivalence is shown often enough, by trials of each."""
-    people_by_trials: dict[int, int | None] = {}
+    equivalence_from: dict[
+        int, int | None
+    ] = {}  # participants from which it is shown often enough, by trials
     for trials in assumed.trials:
-        progress(LOOKING, len(people_by_trials), len(assumed.trials))
+        progress(LOOKING, len(equivalence_from), len(assumed.trials))
         rng = np.random.default_rng([seed, trials])
         low, high = 0, len(TRIED)
         while low < high:  # bisection: power grows with participants
@@ -305,9 +295,9 @@ def _equivalence_from(
             batch = StudyBatch(TRIED[middle], trials, assumed, TRIED_SIMULATIONS, alpha)
             shown = method.shares(rng, batch, {"type_1": method.null})["equivalence"]
             low, high = (low, middle) if shown >= ENOUGH else (middle + 1, high)
-        people_by_trials[trials] = TRIED[low] if low < len(TRIED) else None
-    progress(LOOKING, len(people_by_trials), len(assumed.trials))
-    return people_by_trials
+        equivalence_from[trials] = TRIED[low] if low < len(TRIED) else None
+    progress(LOOKING, len(equivalence_from), len(assumed.trials))
+    return PowerTable(name, assumed, simulations, seed, alpha, tuple(rows), equivalence_from)
 
 
 def _check(assumed: PowerAssumptions) -> None:

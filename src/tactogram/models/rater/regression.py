@@ -163,7 +163,9 @@ def fit_regression(
     coefficients = np.zeros((len(features), words))
     intercepts, error = np.zeros(words), np.zeros(words)
     chosen = [candidates[0]] * words
-    for rows, columns in _patterns(scores):
+    patterns, which = np.unique(~np.isnan(scores), axis=1, return_inverse=True)
+    for number, rows in enumerate(patterns.T):  # the scored examples, and the words that share them
+        columns = np.flatnonzero(which.ravel() == number)
         y, w, group = scores[np.ix_(rows, columns)], weights[rows], shuffled[rows]
         parts = list(GroupKFold(min(folds, len(np.unique(group)))).split(y, groups=group))
         errors = np.array([_error(features[rows], y, w, parts, form, blocks) for form in candidates])
@@ -193,13 +195,6 @@ def _candidates(config: Config) -> Iterator[Candidate]:
         for width in config.widths if kernel == "rbf" else (0.0,):
             for penalty in config.penalties:
                 yield Candidate(kernel, penalty, width)
-
-
-def _patterns(scores: Floats) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64]]]:
-    """Yield each pattern of scored examples, and the words that share it."""
-    patterns, which = np.unique(~np.isnan(scores), axis=1, return_inverse=True)
-    for number in range(patterns.shape[1]):
-        yield patterns[:, number], np.flatnonzero(which.ravel() == number)
 
 
 def _error(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -159,7 +159,9 @@ class SurfaceSpectra:
         power = matrix.diagonal(dim1=-2, dim2=-1).real.mean(-1)
         least = LEAST_POWER * (power + power.mean() + torch.finfo(torch.float32).tiny)
         matrix = matrix + torch.diag_embed(least[:, None].expand(-1, matrix.shape[-1]))
-        log_root = _function(matrix, lambda values: values.log() / 2).to(torch.complex64)
+        values, vectors = torch.linalg.eigh(matrix)
+        log_root = (vectors * (values.log() / 2).to(vectors)[..., None, :]) @ vectors.mH
+        log_root = log_root.to(torch.complex64)
         logs = [self._log_magnitudes(piece, log_root) for piece in pieces]
         joined = torch.cat(logs, -1)
         centre, deviation = joined.mean(-1), joined.std(-1).clamp_min(LEAST_DEVIATION)
@@ -259,10 +261,3 @@ class SurfaceSpectra:
         """Return the sources' log magnitudes, (axis, bin, frame)."""
         whitening = torch.linalg.matrix_exp(-log_root)
         return torch.log(torch.einsum("kab,bkt->akt", whitening, x).abs() + self.softness)
-
-
-def _function(matrix: Tensor, function: Any) -> Tensor:
-    """Return a function of Hermitian positive matrices, by their eigenvalues."""
-    values, vectors = torch.linalg.eigh(matrix)
-    result: Tensor = (vectors * function(values).to(vectors)[..., None, :]) @ vectors.mH
-    return result

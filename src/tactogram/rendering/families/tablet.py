@@ -79,7 +79,10 @@ def drive(
     `ParameterError` if the channels are not the four corners, or a tension exceeds the limit and ``over`` is
     ``refuse``.
     """
-    _check_channels(display)
+    if set(display.channels) != set(CORNERS):
+        raise ParameterError(
+            f"{display.name}: channels must be {', '.join(CORNERS)}, got {', '.join(display.channels)}"
+        )
     per_unit, words = _newtons(signal, settings, display, level)
     scaled, unreachable = [words], []
     band = _band(display)
@@ -217,13 +220,6 @@ def _strings(settings: Settings, finger_mm: NDArray[np.float64] | None) -> NDArr
     finger = np.array(settings.finger_mm) if finger_mm is None else finger_mm
     corners = np.array([[0, height], [width, height], [0, 0], [width, 0]], np.float64).T
     return np.asarray(corners.reshape(2, 4, *[1] * (finger.ndim - 1)) - finger[:, None])
-
-
-def _check_channels(display: Display) -> None:
-    if set(display.channels) != set(CORNERS):
-        raise ParameterError(
-            f"{display.name}: channels must be {', '.join(CORNERS)}, got {', '.join(display.channels)}"
-        )
 
 
 def _band(display: Display) -> tuple[float, float]:

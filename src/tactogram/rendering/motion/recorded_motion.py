@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.motion.finger_state import MotionSample
@@ -54,8 +55,30 @@ class MotionFile:
         return self.samples[-1].time_s - self.samples[0].time_s
 
     def fill(self, seconds: float) -> None:
-        """Interpolate linearly what is missing in the first ``seconds``: no gap then counts as a lost connection."""
-        self.samples = _dense(self.samples, self.samples[0].time_s + seconds)
+        """Interpolate linearly what is missing in the first ``seconds``: no gap then counts as a lost connection.
+
+        The samples are then at most `DENSE_S` apart, with every value that any of them had.
+        """
+        recorded = np.array([sample.time_s for sample in self.samples])
+        end_s = recorded[0] + seconds
+        times = np.append(recorded[recorded < end_s], end_s)
+        counts = np.ceil(np.diff(times) / DENSE_S).astype(int)
+        dense = np.concatenate(
+            [
+                np.linspace(*ends, count, endpoint=False)
+                for ends, count in zip(pairwise(times), counts, strict=True)
+            ]
+            + [times[-1:]]
+        )
+        columns: dict[str, list[float]] = {}
+        for name in COLUMNS[1:]:
+            values = np.array([getattr(sample, name) for sample in self.samples])
+            if (known := np.isfinite(values)).any():
+                columns[name] = np.interp(dense, recorded[known], values[known]).tolist()
+        self.samples = [
+            MotionSample(time_s, time_s, **{name: values[k] for name, values in columns.items()})
+            for k, time_s in enumerate(dense.tolist())
+        ]
 
     def poll(self, now_s: float) -> list[MotionSample]:
         """Return the next samples up to ``now_s``; the first sample is at 0."""
@@ -105,29 +128,6 @@ def _rows(path: Path) -> Iterator[MotionSample]:
         if not math.isnan(values.get("x_mm", math.nan)):
             values.setdefault("y_mm", 0.0)
         yield MotionSample(time_s, time_s, **values)
-
-
-def _dense(samples: list[MotionSample], end_s: float) -> list[MotionSample]:
-    """Return samples at most `DENSE_S` apart, up to ``end_s``, with every value that any sample has."""
-    recorded = np.array([sample.time_s for sample in samples])
-    times = np.append(recorded[recorded < end_s], end_s)
-    counts = np.ceil(np.diff(times) / DENSE_S).astype(int)
-    dense = np.concatenate(
-        [
-            np.linspace(*ends, count, endpoint=False)
-            for ends, count in zip(pairwise(times), counts, strict=True)
-        ]
-        + [times[-1:]]
-    )
-    columns: dict[str, list[float]] = {}
-    for name in COLUMNS[1:]:
-        values = np.array([getattr(sample, name) for sample in samples])
-        if (known := np.isfinite(values)).any():
-            columns[name] = np.interp(dense, recorded[known], values[known]).tolist()
-    return [
-        MotionSample(time_s, time_s, **{name: values[k] for name, values in columns.items()})
-        for k, time_s in enumerate(dense.tolist())
-    ]
 
 
 class SimulatedHand:
@@ -234,9 +234,6 @@ def _force(moves: list[_HandMove], times: Array, random: np.random.Generator) ->
     for hz in (0.3, 0.7, 1.9):
         slow += np.sin(2 * np.pi * (hz * times + random.uniform())) / 3
     target = np.where(touching, FORCE_N * (1 + 0.6 * slow), 0.0)
-    smooth = np.empty(len(times))
-    force, decay = 0.0, math.exp(-1 / (0.012 * FORCE_RATE))
-    for i, value in enumerate(target):
-        force = value + decay * (force - value)
-        smooth[i] = force
+    decay = math.exp(-1 / (0.012 * FORCE_RATE))
+    smooth = lfilter([1 - decay], [1, -decay], target)
     return np.where(smooth < 0.01, 0.0, smooth)

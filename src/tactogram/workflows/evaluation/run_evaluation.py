@@ -131,8 +131,15 @@ def _evaluated_on_recordings(
         results |= published
         sections += more
     else:
+        done = iter(range(1, len(known) + 1))
+        classified = evaluate_classifier(
+            loaded.classifier, known, on_example=lambda: progress("judge", next(done), len(known))
+        )
         title = "Simulated data" if figures["data"]["simulated"] or loaded.simulated else ""
-        results, sections = _evaluated_classifier(loaded, known, others, title, progress)
+        results, sections = classified.as_dict(), [_accuracy(classified, title)]
+        if (loaded.run.folder / "search.json").is_file():
+            results["none_of_these"] = _evaluated_rejection(loaded, known, others)
+            sections.append(_rejection(results["none_of_these"]))
     return figures | results, sections + _training_section(loaded)
 
 
@@ -237,24 +244,6 @@ def _trained_on(loaded: LoadedRun) -> Examples:
             f"at {loaded.run.data.get('path')} any more: put them back"
         ) from error
     return part_examples(store, split, "train", loaded.as_trained, label=loaded.run.data["label"])
-
-
-def _evaluated_classifier(
-    loaded: LoadedRun,
-    known: Sequence[Example],
-    unknown: Sequence[Example],
-    title: str,
-    progress: ProgressCallback,
-) -> tuple[dict[str, Any], list[ReportSection]]:
-    done = iter(range(1, len(known) + 1))
-    result = evaluate_classifier(
-        loaded.classifier, known, on_example=lambda: progress("judge", next(done), len(known))
-    )
-    figures, sections = result.as_dict(), [_accuracy(result, title)]
-    if (loaded.run.folder / "search.json").is_file():
-        figures["none_of_these"] = _evaluated_rejection(loaded, known, unknown)
-        sections.append(_rejection(figures["none_of_these"]))
-    return figures, sections
 
 
 def _evaluated_rejection(

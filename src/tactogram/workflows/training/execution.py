@@ -16,7 +16,7 @@ from tactogram.datasets import part_examples, require_photographs, signal_kind
 from tactogram.datasets.scratch import scratch_of
 from tactogram.errors import ParameterError, StoppedError
 from tactogram.extras import imported
-from tactogram.model import Kind, Model, SignalKind, Stage
+from tactogram.model import Kind, Model, SignalKind
 from tactogram.signal.io.atomic import atomic_write, check_writable, write_text
 from tactogram.training.device import chosen_precision, make_fabric, memory_checked
 from tactogram.training.loop import TrainingLogger, run_training, steps_done
@@ -75,7 +75,9 @@ def train_plan(
         )
     chosen_by = learner.set_validation(validation)
     stages = learner.stages(examples)  # refuses unsuitable examples before anything is written
-    notes = {"choose weights": chosen_by, "plan": update_text(stages)}
+    updates = [f"{name} {count:,}" for stage in stages for name, count in stage.total_updates.items()]
+    plan_note = f"updates in all: {', '.join(updates)}" if updates else ""
+    notes = {"choose weights": chosen_by, "plan": plan_note}
     if chosen.training.precision == "auto":
         notes["precision"] = f"precision {chosen_precision('auto', accelerator)}, by processor or GPU"
     notes = {task: note for task, note in notes.items() if note}
@@ -171,12 +173,6 @@ def _restored(run: Run, learner: Model, fabric: Any) -> TrainingPosition:
         if not fabric.is_global_zero:
             learner.load_state(state)
     return start
-
-
-def update_text(stages: Sequence[Stage]) -> str:
-    """Return the number of updates of each network in a training; "" where stages do not state them."""
-    totals = [f"{name} {count:,}" for stage in stages for name, count in stage.total_updates.items()]
-    return f"updates in all: {', '.join(totals)}" if totals else ""
 
 
 def training_material(

@@ -48,7 +48,6 @@ def run(
     data: str = "",
     model: str = "stroke_gan",
     recipes: str = "",
-    steps: str = "",
     batch_size: int = 0,
     on: str = "",
     processes: int | None = None,
@@ -63,8 +62,6 @@ def run(
         Any generator conditioned on ``material``.
     recipes : str
         Recipes, separated by commas, each trained once; default: ``paper``, or ``quick`` for the bench.
-    steps : str
-        Numbers of steps, separated by commas, each trained with each recipe; default: the recipe's.
     batch_size : int
         Signals per update; 0 for the recipe's.
     """
@@ -78,11 +75,9 @@ def run(
         raise DataError(store.path, problem)
     runs: dict[str, Training] = {}
     for recipe in (recipes or ("paper" if paper else "quick")).split(","):
-        for count in str(steps).split(","):
-            name = f"{model}-{recipe}{f'-{count}' * bool(count)}{f'-batch-{batch_size}' * bool(batch_size)}"
-            changes = {"config.steps": int(count)} if count else {}
-            changes |= {"config.batch_size": batch_size} if batch_size else {}
-            runs[name] = Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
+        name = f"{model}-{recipe}{f'-batch-{batch_size}' * bool(batch_size)}"
+        changes = {"config.batch_size": batch_size} if batch_size else {}
+        runs[name] = Training(model, store.path, folder / name, {"recipe": recipe, "changes": changes})
     files: dict[str, str] = {}
     rows: dict[str, dict[str, Any]] = {}
     real: dict[str, list[Signal]] = {}

@@ -62,7 +62,6 @@ def run(
     ratings: str = "",
     groups: str = "A,B,C,D,E",
     trainings: int = 1,
-    iterations: int = 0,
     recipe: str = "",
 ) -> dict[str, Any]:
     """Return the errors of each group by raters, and the figures' files.
@@ -77,18 +76,15 @@ def run(
         Names, separated by commas.
     trainings : int
         Seeds per group. The first is rated; the others show the variation between trainings.
-    iterations : int
-        Iterations of each network; 0 for the recipe's.
     recipe : str
         Recipe of the generators; default: ``paper``, or ``quick`` for the bench.
     """
     store = find_or_simulate(folder / "data", "ultrasonic", given=data, progress=progress)
     chosen = chosen_groups(groups)
     recipe = recipe or ("paper" if paper else "quick")
-    changes: dict[str, Any] = {"config.iterations": iterations} if iterations else {}
     results = {
         name: [
-            _group(folder, store, name, seed=seed, recipe=recipe, changes=changes, progress=progress)
+            _group(folder, store, name, seed=seed, recipe=recipe, progress=progress)
             for seed in range(trainings)
         ]
         for name in chosen
@@ -127,7 +123,6 @@ def run(
         "figure": 7,
         **facts_of(store),
         "recipe": recipe,
-        "iterations": iterations or None,
         "split": f"rated surfaces by session; the sensor's recordings: {first.recordings}",
         "trainings": trainings,
         "failed": {name: dict(held[0].failed) for name, held in results.items() if held[0].failed},
@@ -162,10 +157,9 @@ def _group(
     *,
     seed: int,
     recipe: str,
-    changes: Mapping[str, Any],
     progress: ProgressCallback,
 ) -> Any:
-    changes = {**changes, "config.clusters": GROUPS[name], "seed": seed}
+    changes = {"config.clusters": GROUPS[name], "seed": seed}
     options: dict[str, Any] = {"recipe": recipe, "by": "session", "changes": changes}
     out = folder / "runs" / f"{name}-{seed}"
     trained_run("ultrasonic_cgan", store, out, **options, progress=progress)
@@ -265,9 +259,8 @@ HEADER = ("condition", "MAE", "SE", "n", "plates", "p as printed", "p by rater",
 def figure7_text(result: Mapping[str, Any], conditions: tuple[str, ...]) -> str:
     """Return the errors of each condition (a row each, in this order) by raters, from the result of ``run``."""
     lines = [
-        f"Figure 7 on {result['data']}, recipe {result['recipe']}"
-        + (f" at {result['iterations']} iterations" if result["iterations"] else "")
-        + "; p against the sensor's signal. Published: B, C and D below it with p < 0.01, A not, E failed."
+        f"Figure 7 on {result['data']}, recipe {result['recipe']}; p against the sensor's signal. "
+        "Published: B, C and D below it with p < 0.01, A not, E failed."
     ]
     for by, told in result["told_by"].items():
         lines.append(f"Rated by {by}:")

@@ -48,7 +48,6 @@ def run(
     progress: ProgressCallback,
     data: str = "",
     groups: str = "A,B,C,D,E",
-    iterations: int = 0,
     finished: bool = False,
     on: str = "",
     processes: int | None = None,
@@ -64,8 +63,6 @@ def run(
         Store of rated plates and display signals; default: the simulated study.
     groups : str
         Names, separated by commas.
-    iterations : int
-        Of each training; 0 for the recipe's.
     finished : bool
         Report the runs that are finished, and train none.
     """
@@ -77,8 +74,7 @@ def run(
         numbers = clusters_of(tree, GROUPS[name], items=len(plates.names))
         members[name] = [tuple(np.array(plates.names)[numbers == k].tolist()) for k in range(GROUPS[name])]
     recipe = "paper" if paper else "quick"
-    changes: dict[str, Any] = {"config.clusters": 1, "config.smooth": 1}
-    changes |= {"config.iterations": iterations} if iterations else {}
+    changes = {"config.clusters": 1, "config.smooth": 1}
     clusters: dict[tuple[str, ...], dict[str, Any]] = {}
     surfaces: dict[tuple[str, ...], WordGenerationResult] = {}
     runs: dict[tuple[str, ...], Training] = {}
@@ -104,7 +100,6 @@ def run(
     result: dict[str, Any] = {
         **facts_of(store),
         "recipe": recipe,
-        "iterations": iterations or None,
         "split": "none: all recordings are trained on, as published; rated signals are of recordings trained on",
         "clusters": list(clusters.values()),
         "groups": {

@@ -53,18 +53,20 @@ class BlockPacket:
 
 def block_packet(block: BlockPacket) -> bytes:
     """Return a block as a message."""
-    return _osc(
-        "block",
-        (
-            ("i", _signed(block.sequence)),
-            ("i", _signed(block.motion_sequence)),
-            ("h", block.first_sample),
-            ("d", block.time_s),
-            ("f", block.rate),
-            ("i", len(block.samples)),
-            ("b", np.ascontiguousarray(block.samples.T, "<f4").tobytes()),
-        ),
-    )
+    builders = imported("pythonosc.osc_message_builder", extra="devices", what="OSC")
+    builder = builders.OscMessageBuilder(address=f"{OSC}/block")
+    for letter, value in (
+        ("i", _signed(block.sequence)),
+        ("i", _signed(block.motion_sequence)),
+        ("h", block.first_sample),
+        ("d", block.time_s),
+        ("f", block.rate),
+        ("i", len(block.samples)),
+        ("b", np.ascontiguousarray(block.samples.T, "<f4").tobytes()),
+    ):
+        builder.add_arg(value, letter)
+    packed: bytes = builder.build().dgram
+    return packed
 
 
 def parse(packet: bytes, arrival_s: float) -> list[ReceivedPacket] | None:
@@ -105,16 +107,6 @@ def _messages(packet: bytes) -> list[tuple[str, list[Any]]] | None:
     except Exception:
         # Arbitrary bytes may raise anything in the parser.
         return None
-
-
-def _osc(kind: str, values: tuple[tuple[str, object], ...]) -> bytes:
-    builder = imported("pythonosc.osc_message_builder", extra="devices", what="OSC").OscMessageBuilder(
-        address=f"{OSC}/{kind}"
-    )
-    for letter, value in values:
-        builder.add_arg(value, letter)
-    packed: bytes = builder.build().dgram
-    return packed
 
 
 def _signed(sequence: int) -> int:

@@ -18,7 +18,6 @@ from tactogram.workflows import ProgressCallback, silent
 if TYPE_CHECKING:
     from tactogram.workflows import Outcome
     from tactogram_simulate.raters.rules import TouchCues
-    from tactogram_simulate.stroke import RecordingTask
     from tactogram_simulate.surfaces import Surface
 
 T = TypeVar("T")
@@ -141,9 +140,9 @@ def simulate_to_store(
         clear_stale_parts(out)
         before = writer.tasks_done
         left = todo[before:]
-        for done, recording in enumerate(
-            _made(make, left, _by_surface(left), "simulate", work, before), before + 1
-        ):
+        # A process makes some recordings of one surface at a time, since its height field costs more than a stroke.
+        runs = (run for _, same in groupby(left, key=lambda task: task.surface) for run in _pieces(same))
+        for done, recording in enumerate(_made(make, left, runs, "simulate", work, before), before + 1):
             writer.add(recording)
             writer.keep(done)
         for recording in rated.recordings if rated else ():
@@ -254,15 +253,6 @@ def _chunk_name(chunk: tuple[int, list[Any]]) -> str:
 
 def _all(function: Callable[[T], R], chunk: tuple[int, list[T]]) -> list[R]:
     return [function(item) for item in chunk[1]]
-
-
-def _by_surface(todo: Iterable[RecordingTask]) -> Iterator[list[RecordingTask]]:
-    """Yield runs of up to `CHUNK` recordings of one surface.
-
-    A process makes some recordings of one surface at a time, since its height field costs more than a stroke.
-    """
-    for _, same in groupby(todo, key=lambda task: task.surface):
-        yield from _pieces(same)
 
 
 def _pieces(items: Iterable[T]) -> Iterator[list[T]]:

@@ -145,7 +145,19 @@ class Staircase(Design):
         return {"staircase": resolve_name(f"{ANALYSIS}:staircase_figure")(section, answers)}
 
     def power_options(self, setting: DesignContext) -> dict[str, Any]:
-        return {"trials": (typical_trials(self),)}
+        """Return the median number of trials of a study's staircase over 200 simulated observers.
+
+        Their logistic function has a slope of 0.5 per dB, and its middle at `BELOW_START_DB`.
+        """
+        rng = np.random.default_rng(0)
+        middle, trials = self.start_db - BELOW_START_DB, []
+        for _ in range(200):
+            track = self.start()
+            while not self.ended(track):
+                right = rng.random() < 0.5 + 0.5 / (1 + math.exp(-0.5 * (track.intensity - middle)))
+                track = self.after(track, correct=bool(right))
+            trials.append(track.trials)
+        return {"trials": (int(np.median(trials)),)}
 
     @classmethod
     def simulated_share(cls, page: Page, participant: SimulatedObserver) -> float:
@@ -206,19 +218,3 @@ def _drawn(active: Sequence[Stimulus], draw: np.ndarray) -> tuple[Stimulus, Slot
     """Return the target of a trial, of the staircases that have not ended, and its slot."""
     which, side = draw
     return active[int(which * len(active))], "A" if side < 0.5 else "B"
-
-
-def typical_trials(design: Staircase) -> int:
-    """Return the median number of trials of a study's staircase over 200 simulated observers.
-
-    Their logistic function has a slope of 0.5 per dB, and its middle at `BELOW_START_DB`.
-    """
-    rng = np.random.default_rng(0)
-    middle, trials = design.start_db - BELOW_START_DB, []
-    for _ in range(200):
-        track = design.start()
-        while not design.ended(track):
-            right = rng.random() < 0.5 + 0.5 / (1 + math.exp(-0.5 * (track.intensity - middle)))
-            track = design.after(track, correct=bool(right))
-        trials.append(track.trials)
-    return int(np.median(trials))
