@@ -4,6 +4,7 @@ import gc
 import math
 import os
 import time
+from functools import reduce
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -247,3 +248,32 @@ class Script:
 @pytest.fixture(name="script", scope="session")
 def script_fixture():
     return Script
+
+
+@pytest.fixture
+def double_precision(monkeypatch):
+    """Compute in float64, so that two forms of one update differ by their formulas alone.
+
+    Adam divides a gradient by its size: in float32, rounding decides where a weight goes whose gradient is 0.
+    """
+    import torch
+
+    before = torch.get_default_dtype()
+    torch.set_default_dtype(torch.float64)
+    monkeypatch.setattr(torch.Tensor, "float", torch.Tensor.double)
+    yield
+    torch.set_default_dtype(before)
+
+
+@pytest.fixture
+def paper_values():
+    """Return a function that reads the recipe ``paper`` of a model at dotted keys of its configuration."""
+    from tactogram import models
+    from tactogram.recipe import Recipe
+
+    def read(name, keys):
+        facts = models.find(name)
+        config = facts.config(Recipe.load(facts.recipe("paper")).config)
+        return {key: reduce(getattr, key.split("."), config) for key in keys}
+
+    return read
