@@ -11,6 +11,7 @@ from pathlib import Path
 from tactogram.datasets import open_store
 from tactogram.model import Example
 from tactogram.models import SHIPPED, find
+from tactogram.models.texture_flow.tonal_surfaces import split_strokes
 from tactogram.signal.io.atomic import write_text
 from tactogram.training.checkpoint import save_state
 from tactogram.workflows.training.loaded_run import load_run
@@ -32,7 +33,7 @@ def ship(folder, store):
     ]
     out = find(loaded.facts.name).folder / SHIPPED
     out.mkdir(exist_ok=True)
-    state = loaded.model.state_with_materials(examples)
+    state = state_with_materials(loaded.model, examples)
     save_state(out / "model.safetensors", state)
     write_text(out / "recipe.toml", (loaded.run.folder / "recipe.toml").read_text(encoding="utf-8"))
     data = {name: value for name, value in loaded.run.data.items() if name not in ("path", "photographs")}
@@ -45,6 +46,19 @@ def ship(folder, store):
     ):
         write_text(out / name, json.dumps(values, indent=1) + "\n")
     return out
+
+
+def state_with_materials(learner, examples):
+    """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
+    names = ("seconds", "rms", "lowest", "codes", "conditions", "average", "teacher", "predictor")
+    materials = tuple(dict.fromkeys(str(example.material) for example in examples))
+    split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
+    noise = [example for _, rest in split for example in rest]
+    others = {"surfaces": [], "materials": list(materials)}
+    others |= {"strokes": learner.strokes_of(noise, materials)._asdict()}
+    others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
+    others |= {"local": [learner.known.local_of([e.signal for e in rest]) for _, rest in split]}
+    return {name: value for name, value in learner.state().items() if name in names} | others
 
 
 if __name__ == "__main__":

@@ -155,7 +155,7 @@ class SignalFlowLearner(SignalFlow):
         self.codes = torch.stack((codes.mean(0), codes.std(0, correction=0)))
         if (predictor := self.known.predictor) is not None:
             self._fit_predictor(predictor, Strokes.of([*measured], predictor))
-            self.known.strokes = self._strokes_of(noise, self.materials)
+            self.known.strokes = self.strokes_of(noise, self.materials)
         most = MOST_PHOTOGRAPHS if self.config.photographs else 0
         shown = [distinct_photographs(members[name], most) for name in self.materials]
         self.known.described_by.fit(self.known.surfaces, shown)
@@ -184,7 +184,7 @@ class SignalFlowLearner(SignalFlow):
             raise ParameterError("config.prediction needs several recordings of a material; set it to false")
         predictor.fit(strokes)
 
-    def _strokes_of(self, examples: Sequence[Example], materials: Sequence[str]) -> Strokes:
+    def strokes_of(self, examples: Sequence[Example], materials: Sequence[str]) -> Strokes:
         measured, predictor = self._measured(examples), self.known.predictor
         if predictor is None:
             raise ParameterError("strokes of materials need a run with config.prediction")
@@ -203,18 +203,6 @@ class SignalFlowLearner(SignalFlow):
 
     def state(self) -> dict[str, Any]:
         return {**super().state(), **self.known.state(), "lowest": self.spectra.lowest}
-
-    def state_with_materials(self, examples: Sequence[Example]) -> dict[str, Any]:
-        """Return the state of a model that knows the materials of other recordings instead, as it is shipped."""
-        names = ("seconds", "rms", "lowest", "codes", "conditions", "average", "teacher", "predictor")
-        materials = tuple(dict.fromkeys(str(example.material) for example in examples))
-        split = [split_strokes([e for e in examples if e.material == name]) for name in materials]
-        noise = [example for _, rest in split for example in rest]
-        others: dict[str, Any] = {"surfaces": []}
-        others |= {"materials": list(materials), "strokes": self._strokes_of(noise, materials)._asdict()}
-        others |= {"tones": [[tones.state() for tones in patterns] for patterns, _ in split]}
-        others |= {"local": [self.known.local_of([e.signal for e in rest]) for _, rest in split]}
-        return {name: value for name, value in self.state().items() if name in names} | others
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         super().load_state(state)

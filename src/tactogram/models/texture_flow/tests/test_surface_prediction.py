@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 import torch
+from benchmarks.ship import state_with_materials
 from scipy.signal import lfilter, welch
 
 from tactogram.errors import ParameterError
@@ -272,7 +273,7 @@ def test_it_is_shipped_with_other_materials_than_it_was_trained_on():
     learner = build(CONFIG, KIND, seed=0)
     learner.load_state(state)
     others = [replace(e, material=f"new-{e.material}") for e in examples((2.5, 6.5))]
-    stored = learner.state_with_materials(others)
+    stored = state_with_materials(learner, others)
     again = build(CONFIG, replace(KIND, materials=("new-m2.5", "new-m6.5")), seed=0)
     again.load_state(stored)
     slow, fast = (
