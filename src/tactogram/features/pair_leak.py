@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,8 +38,8 @@ class PairLeak:
 
 def pair_leak(train: WeakPairs, test: WeakPairs) -> PairLeak:
     """Return the leak of ``train`` into ``test``, pairs of one protocol. Nothing is decoded."""
-    photo = _shares(_photo_boxes(train), _photo_boxes(test))
-    recording = _shares(_recording_boxes(train), _recording_boxes(test))
+    photo = _shares(*(_by_source(_photo_boxes(pairs)) for pairs in (train, test)))
+    recording = _shares(*(_by_source(_recording_boxes(pairs)) for pairs in (train, test)))
     return PairLeak(test.protocol, photo[0], recording[0], *photo[1:], *recording[1:])
 
 
@@ -47,26 +47,20 @@ Boxes = Mapping[str, NDArray[np.int64]]
 """Crops by source, shape (crop, edge): top, left, bottom, right; or start, stop."""
 
 
-def _photo_boxes(pairs: WeakPairs) -> Boxes:
-    def boxes() -> Iterable[tuple[str, tuple[int, ...]]]:
-        for crop in np.unique(pairs.pairs[:, 0]):
-            source = pairs.photo_sources[crop // pairs.crops.per_photo]
-            top, left = pairs.photo_place(int(crop))
-            top, left = top + source.top, left + source.left
-            yield source.key, (top, left, top + pairs.crops.crop, left + pairs.crops.crop)
-
-    return _by_source(boxes())
+def _photo_boxes(pairs: WeakPairs) -> Iterator[tuple[str, tuple[int, ...]]]:
+    for crop in np.unique(pairs.pairs[:, 0]):
+        source = pairs.photo_sources[crop // pairs.crops.per_photo]
+        top, left = pairs.photo_place(int(crop))
+        top, left = top + source.top, left + source.left
+        yield source.key, (top, left, top + pairs.crops.crop, left + pairs.crops.crop)
 
 
-def _recording_boxes(pairs: WeakPairs) -> Boxes:
-    def boxes() -> Iterable[tuple[str, tuple[int, ...]]]:
-        hop, frames = pairs.picture.hop, pairs.picture.frames
-        for crop in np.unique(pairs.pairs[:, 1]):
-            source = pairs.recording_sources[crop // pairs.crops.per_recording]
-            start = source.start + pairs.picture_place(int(crop)) * hop
-            yield source.id, (start, start + frames * hop)
-
-    return _by_source(boxes())
+def _recording_boxes(pairs: WeakPairs) -> Iterator[tuple[str, tuple[int, ...]]]:
+    hop, frames = pairs.picture.hop, pairs.picture.frames
+    for crop in np.unique(pairs.pairs[:, 1]):
+        source = pairs.recording_sources[crop // pairs.crops.per_recording]
+        start = source.start + pairs.picture_place(int(crop)) * hop
+        yield source.id, (start, start + frames * hop)
 
 
 def _by_source(boxes: Iterable[tuple[str, tuple[int, ...]]]) -> Boxes:
@@ -86,11 +80,6 @@ def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
             a, b = boxes[:, None], train[key][None]  # test crop, train crop, edge
             half = boxes.shape[1] // 2
             before = (a[..., :half] < b[..., half:]) & (b[..., :half] < a[..., half:])
-            overlap += _any(np.all(before, axis=2))
-            same += _any(np.all(a == b, axis=2))
+            overlap += np.count_nonzero(np.all(before, axis=2).any(axis=1))
+            same += np.count_nonzero(np.all(a == b, axis=2).any(axis=1))
     return count, known / count, overlap / count, same / count
-
-
-def _any(hits: NDArray[np.bool_]) -> int:
-    """Return the number of test crops with a training crop; ``hits`` has shape (test crop, train crop)."""
-    return int(np.count_nonzero(np.any(hits, axis=1)))

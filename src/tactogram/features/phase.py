@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import lru_cache
+from functools import lru_cache, partial
 from heapq import heappop, heappush
 from typing import Any, Literal, get_args
 
@@ -123,12 +123,6 @@ def _fast_griffin_lim(
     return s
 
 
-def _griffin_lim(s: Tensor, target: Tensor, project: Projection, iterations: int) -> Tensor:
-    for _ in range(iterations):
-        s = _with_magnitude(project(s), target)
-    return s
-
-
 def _admm_then_fast(s: Tensor, target: Tensor, project: Projection, iterations: int) -> Tensor:
     s = _admm(s, target, project, iterations - iterations // 2)
     return _fast_griffin_lim(s, target, project, iterations // 2)
@@ -138,7 +132,7 @@ ITERATIONS: dict[str, Callable[[Tensor, Tensor, Projection, int], Tensor]] = {
     "admm+fast_griffin_lim": _admm_then_fast,
     "admm": _admm,
     "fast_griffin_lim": _fast_griffin_lim,
-    "griffin_lim": _griffin_lim,
+    "griffin_lim": partial(_fast_griffin_lim, momentum=0.0),
 }
 
 

@@ -207,8 +207,8 @@ def mixing_ladder(
         "simulated": mixes.simulated,
         "in_words": mixes.in_words(),
         "ladder": mixes.ladder.as_dict(),
-        "without_level": _as_dict(mixes.without_level),
-        "against_recordings": _as_dict(mixes.against_recordings),
+        "without_level": mixes.without_level and mixes.without_level.as_dict(),
+        "against_recordings": mixes.against_recordings and mixes.against_recordings.as_dict(),
         "figure": str(save_figure(folder / "ladder.png", figure)),
         "sounds": sounds,
     }
@@ -246,10 +246,6 @@ def _if_apart(
         return positions(steps, start, end, **options)
     except IndistinctEndsError:
         return None
-
-
-def _as_dict(ladder: MixingLadder | None) -> dict[str, Any] | None:
-    return None if ladder is None else ladder.as_dict()
 
 
 def _read(file: Path) -> dict[str, Any] | None:
