@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from tactogram.errors import DataError
 from tactogram.extras import imported
 from tactogram.signal.io.archives import decoding
+from tactogram.signal.io.worksheet import sheets
 from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
 
 _SNIFFED = 100_000
@@ -94,17 +95,13 @@ def _columns(text: str, divider: str) -> int:
 
 
 def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
-    import pandas as pd
-
-    imported("python_calamine", extra="formats", what="workbooks")
-    with decoding(path, "not readable"):
-        sheets = pd.read_excel(path, header=None, sheet_name=None, dtype=object, engine="calamine")
-    filled = [sheet.dropna(how="all") for sheet in sheets.values() if sheet.notna().any(axis=None)]
-    if len(filled) > 1:
-        raise DataError(
-            path, f"must have one sheet, got {', '.join(map(str, sheets))}; save that of the answers as CSV"
-        )
-    return [(n + 1, list(row)) for sheet in filled for n, *row in sheet.itertuples()]
+    rows = {
+        name: [(n, [*row]) for n, row in enumerate(cells, 1) if any(cell is not None for cell in row)]
+        for name, cells in sheets(path).items()
+    }
+    if sum(map(bool, rows.values())) > 1:
+        raise DataError(path, f"must have one sheet, got {', '.join(rows)}; save that of the answers as CSV")
+    return [row for sheet in rows.values() for row in sheet]
 
 
 def _records(path: Path) -> list[tuple[int, list[Any]]]:

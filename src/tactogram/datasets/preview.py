@@ -230,7 +230,7 @@ class _PreviewTarget:
         if photograph is not None:
             self.photographs.add(photograph.key)
         columns = recording.reading.columns if recording.reading else ()
-        key = columns or tuple(
+        key: tuple[object, ...] = columns or tuple(
             (name, signal.unit, signal.axes, signal.rate) for name, signal in recording.streams.items()
         )
         tables = recording.reading.tables if recording.reading else ()

@@ -235,16 +235,7 @@ def _integrate(
         while heap:
             _, here = heappop(heap)
             t, m = here // bins, here % bins
-            for side in range(4):
-                u, k = t, m
-                if side == 0:
-                    u += 1
-                elif side == 1:
-                    u -= 1
-                elif side == 2:
-                    k += 1
-                else:
-                    k -= 1
+            for u, k in ((t + 1, m), (t - 1, m), (t, m + 1), (t, m - 1)):
                 if u < 0 or u >= frames or k < 0 or k >= bins or done[u, k]:
                     continue
                 if u != t:

@@ -188,7 +188,7 @@ class AutoregressiveModel:
                 forward[:, 1:] + k * backward[:, :-1],
                 backward[:, :-1] + k * forward[:, 1:],
             )
-        return forward
+        return np.asarray(forward)
 
 
 def mix(

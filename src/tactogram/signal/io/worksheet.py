@@ -61,6 +61,12 @@ def tables(path: Path, *, sheet: str | None = None) -> list[RawTable]:
     ]
 
 
+def sheets(path: Path) -> dict[str, Sequence[Sequence[object]]]:
+    """Return the rows of every sheet by name; None is an empty cell."""
+    book = _opened(path)
+    return {name: _cells(book, name, path) for name in book.sheet_names}
+
+
 def describe(path: Path) -> SignalDescription | None:
     """Return the description in the workbook, if there is one."""
     return _describe(_opened(path), path)
