@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import ParameterError, Remedy, UnitError
-from tactogram.parameters import Count, Positive, Settings, checked
+from tactogram.parameters import Settings, checked, with_further
+from tactogram.workflows.data.convert import reading_parameters
 
 if TYPE_CHECKING:
     from tactogram.rendering.displays.display import Display
@@ -87,6 +88,7 @@ def levels_of(display: Display) -> list[str]:
 
 
 @checked
+@with_further(reading_parameters)
 def render(
     file: Path | str,
     out: Path | str,
@@ -99,14 +101,11 @@ def render(
     person: str | None = None,
     figure: bool = False,
     changes: Settings | None = None,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Render a signal to the drive of a display, with a report of what changed.
+
+    ``reading`` are the options of `tactogram.convert` on how a file is read.
 
     Parameters
     ----------
@@ -130,8 +129,6 @@ def render(
         Also draw the report: F.report.png.
     changes : dict, optional
         Change a value of the display, e.g. limit=2.
-    unit, rate, axes, time, sheet, part
-        As of `tactogram.convert`.
 
     Returns
     -------
@@ -161,7 +158,7 @@ def render(
     elif person is not None:
         remedy = Remedy("give it with", "calibration")
         raise ParameterError("chooses among the people of a calibration", parameter="person", remedy=remedy)
-    signal = read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
+    signal = read_signal(file, **reading)
     drive_level = parse_level(level) if isinstance(level, str) else level
     drive = fit(signal, known, level=drive_level, axes=how, speed_mm_s=speed_mm_s)
     report = drive.report.as_json() | {"source_file": str(file)}

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 from annotated_types import Gt, Le
 
 from tactogram.errors import ParameterError, Remedy
-from tactogram.parameters import Count, Positive, Settings, checked
+from tactogram.parameters import Settings, checked, with_further
+from tactogram.workflows import reading_parameters
 
 PositiveShare = Annotated[float, Gt(0), Le(1)]
 
@@ -64,6 +65,7 @@ def write_sweep(
 
 
 @checked
+@with_further(reading_parameters)
 def write_identified(
     played: Path | str,
     recorded: Sequence[Path | str],
@@ -71,14 +73,11 @@ def write_identified(
     *,
     band: tuple[float, float] | None = None,
     axis: str | None = None,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Identify a display's response from a played sweep and its recording.
+
+    ``reading`` are the options of `tactogram.convert` on how a file is read.
 
     Parameters
     ----------
@@ -92,8 +91,6 @@ def write_identified(
         Lowest and highest frequency, Hz; by default the sweep's.
     axis : str, optional
         Axis of the recordings, where they have several.
-    unit, rate, axes, time, sheet, part
-        As of `tactogram.convert`.
 
     Returns
     -------
@@ -119,14 +116,6 @@ def write_identified(
     band = band or read_metadata(played).get("band")
     if band is None:
         raise ParameterError(played, "does not state the band it sweeps", remedy=Remedy("give", "band"))
-    reading: dict[str, Any] = {
-        "unit": unit,
-        "rate": rate,
-        "axes": axes,
-        "time": time,
-        "sheet": sheet,
-        "part": part,
-    }
     recordings = [read_signal(file, **reading) for file in recorded]
     if axis:
         recordings = [recording.select(axis) for recording in recordings]

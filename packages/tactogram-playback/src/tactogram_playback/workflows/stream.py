@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from annotated_types import Ge, Gt, Le
 
 from tactogram.errors import ParameterError, Remedy
-from tactogram.parameters import Count, Positive, Settings, checked
+from tactogram.parameters import Settings, checked, with_further
+from tactogram.workflows import reading_parameters
 
 if TYPE_CHECKING:
     from tactogram.rendering import Display
@@ -25,6 +26,7 @@ Seed = Annotated[int, Ge(0)]
 
 
 @checked
+@with_further(reading_parameters)
 def stream(
     sources: Path | str | Sequence[Path | str],
     *,
@@ -50,15 +52,10 @@ def stream(
     seed: Seed = 0,
     out: Path | str | None = None,
     figure: Path | str | None = None,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
     status: Callable[[str, float], None] | None = None,
     tell: Callable[[str], None] | None = None,
     opened: Callable[..., AnalogDiscovery] | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Play textures that follow a finger, and measure how late they are.
 
@@ -66,7 +63,8 @@ def stream(
     whole time. Without a display the textures themselves are streamed, in their own unit.
 
     ``status`` receives a line now and then, and the time in s; ``tell`` a line about the display's equaliser before
-    anything plays; ``opened`` opens the generator, in tests.
+    anything plays; ``opened`` opens the generator, in tests. ``reading`` are the options of `tactogram.convert` on how
+    a file is read.
 
     Parameters
     ----------
@@ -116,8 +114,6 @@ def stream(
         File of the blocks sent: .wav, .csv, .npz …
     figure : Path or str, optional
         Its spectrogram under the finger's speed, as .png.
-    unit, rate, axes, time, sheet, part
-        As of `tactogram.convert`.
 
     Returns
     -------
@@ -169,14 +165,6 @@ def stream(
     one_axis = how or (known.axes if known is not None else "dft321")
     settings = TextureSettings(played_rate, most, one_axis, speed_mm_s, along, None, seed)
     names = list(dict.fromkeys([*(mix or {}), *(mix_to or {})]))
-    reading: dict[str, Any] = {
-        "unit": unit,
-        "rate": rate,
-        "axes": axes,
-        "time": time,
-        "sheet": sheet,
-        "part": part,
-    }
     textures, simulated = textures_of(sources, names, settings, **reading)
     weights = dict.fromkeys(names, 0.0) | dict(mix or {}) if names else None
     contact = ContactSettings(gain=tap_gain)

@@ -12,7 +12,7 @@ from fastapi import Response
 from numpy.typing import NDArray
 
 from tactogram.errors import ParameterError
-from tactogram.rendering.drive.safety import fade_window
+from tactogram.rendering import fade_window
 from tactogram.signal import Signal, resample
 
 RATE = 48_000
