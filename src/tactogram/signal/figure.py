@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import html
 import io
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import soundfile
@@ -16,9 +16,6 @@ import soxr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.signal import stft
-
-if TYPE_CHECKING:
-    from tactogram.signal.signal import Signal
 
 AXIS_COLOURS = ("#2166ac", "#d6604d", "#4d9221", "#8073ac", "#b35806", "#666666")
 RANGE_DB = 70.0
@@ -29,8 +26,23 @@ SPEED_MM_S = 100.0
 """Of the finger, for signals over displacement."""
 
 
+class _Drawn(Protocol):
+    """Members of a `tactogram.signal.Signal`, which draws itself by this module."""
+
+    @property
+    def samples(self) -> NDArray[np.float32]: ...
+    @property
+    def rate(self) -> float: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def axes(self) -> tuple[str, ...]: ...
+    @property
+    def domain(self) -> str: ...
+
+
 def signal_figure(
-    signal: Signal, *, title: str = "", shown: float = 2.0, figure: Figure | None = None
+    signal: _Drawn, *, title: str = "", shown: float = 2.0, figure: Figure | None = None
 ) -> Figure:
     """Draw the beginning of a signal and its spectrogram, one row per axis.
 
@@ -81,7 +93,7 @@ def _edges(middles: NDArray[np.float64], step: float) -> NDArray[np.float64]:
     return np.append(middles - step / 2, middles[-1] + step / 2)
 
 
-def signal_html(signal: Signal) -> str:
+def signal_html(signal: _Drawn) -> str:
     """Return a signal as HTML that needs no other file."""
     picture = io.BytesIO()
     signal_figure(signal).savefig(picture, format="png", dpi=80)

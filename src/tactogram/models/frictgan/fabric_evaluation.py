@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -18,16 +18,13 @@ from torch import Tensor
 
 from tactogram.errors import ParameterError
 from tactogram.evaluation.measures import log_spectral_distance
-from tactogram.features.registered_pairs import FrictionBatch, Part
+from tactogram.features.registered_pairs import FrictionBatch, Part, RegisteredPairs
 from tactogram.features.spectrogram import AmplitudeSpectrogram
 from tactogram.model import Example
 from tactogram.signal import Signal
 from tactogram.signal.autoregressive_fit import fit_autoregressive
 from tactogram.signal.synthesis import Synthesizer
 from tactogram.training.seeds import child_generator, child_rng
-
-if TYPE_CHECKING:
-    from tactogram.models.frictgan.learner import FrictGANLearner
 
 WINDOWS = 32
 """Most windows per fabric that are evaluated, evenly spread."""
@@ -36,6 +33,20 @@ PLAYED_S = 0.5
 BAND_HZ = (10.0, 100.0)
 """Compared: 5 to 50 cycles per window, down to 20 pixels of `paper` and 5 of `quick`. Finer ripple is a hundred times
 weaker than the mean, below its leakage through a Hamming window, so that no spectrogram here contains it."""
+
+
+class FrictionGenerator(Protocol):
+    """Generator of friction spectrograms from pairs, as `FrictGANLearner` is one."""
+
+    @property
+    def spectrogram(self) -> AmplitudeSpectrogram:
+        """Spectrogram of friction over displacement."""
+
+    def pairs(self, examples: Sequence[Example], part: Part | None = "train") -> RegisteredPairs:
+        """Return windows of photographs and friction."""
+
+    def spectra(self, batch: FrictionBatch, *, seed: int = 0) -> tuple[Tensor, Tensor]:
+        """Return generated and recorded spectrograms."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +85,7 @@ class FabricResult:
 
 
 def evaluate_fabrics(
-    learner: FrictGANLearner, examples: Sequence[Example], *, part: Part | None = "test", seed: int = 0
+    learner: FrictionGenerator, examples: Sequence[Example], *, part: Part | None = "test", seed: int = 0
 ) -> dict[str, FabricResult]:
     """Return figures per fabric (`Example.material`) of the windows of ``part``; None takes all.
 
@@ -91,7 +102,7 @@ def evaluate_fabrics(
 
 
 def fabric_windows(
-    learner: FrictGANLearner, examples: Sequence[Example], part: Part | None, *, most: int = WINDOWS
+    learner: FrictionGenerator, examples: Sequence[Example], part: Part | None, *, most: int = WINDOWS
 ) -> dict[str, FrictionBatch]:
     """Return ``most`` windows of ``part`` per fabric, evenly spread, or all if there are fewer."""
     pairs = learner.pairs(examples, part)
