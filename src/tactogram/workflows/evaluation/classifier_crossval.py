@@ -6,12 +6,12 @@ import json
 import operator
 import shutil
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial, reduce
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -33,6 +33,7 @@ from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.plan import TrainingRequest, block_splits, labelled, make_split, select
 from tactogram.workflows.workers.tasks import kept_values
 
+T = TypeVar("T")
 CONFUSION = "Share of the windows of each true class (row) that were answered so (column), as in Table I of the paper."
 
 
@@ -113,29 +114,20 @@ class _Fold:
 def _evaluated_folds(
     setup: CrossvalSetup, splits: Sequence[Split], folder: Path, progress: ProgressCallback
 ) -> tuple[list[ClassificationResult], float]:
-    """Return the results of classifiers trained and tested on each split, and their rate, Hz.
-
-    Until the last one is done, those that are stay in ``folder``, for a cross-validation that is started again.
-    """
-    request, kept = setup.request, folder / "folds"
-    processes = setup.processes(len(splits))
+    """Return the results of classifiers trained and tested on each split, and their rate, Hz."""
     sent = setup.request.for_workers()
-    facts = {"model": request.model, "label": request.label, **setup.recipe.resolved(setup.config)}
-    ids = [run_id(facts | {"parts": parts.as_dict()}, setup.store.sha256) for parts in splits]
     with scratch() as prepared:
         folds = [_Fold(sent, parts, n, len(splits), prepared) for n, parts in enumerate(splits, start=1)]
-        alone = processes == 1 and not request.on
-        values = kept_values(
+        alone = setup.processes(len(splits)) == 1 and not setup.request.on
+        values = setup.kept(
             partial(_fold_value, progress=progress) if alone else _fold_value,
             folds,
-            [kept / f"{id}.json" for id in ids],
+            [parts.as_dict() for parts in splits],
+            folder,
             title="cross-validation",
             name=attrgetter("name"),
-            on=request.on,
-            processes=processes,
             progress=silent if len(folds) == 1 else progress,
         )
-    shutil.rmtree(kept)
     names = ("windows", "recordings", "candidates")
     counts = [{name: np.array(value[name], np.int64) for name in names} for value in values]
     materials = [tuple(value["materials"]) for value in values]
@@ -269,6 +261,27 @@ class CrossvalSetup:
             return self.request.processes or 1
         device = make_fabric(self.recipe.training, accelerator=self.request.accelerator).device.type
         return min(cores(), folds) if device == "cpu" else 1
+
+    def kept(
+        self,
+        function: Callable[[T], dict[str, Any]],
+        tasks: Sequence[T],
+        parts: Sequence[Any],
+        folder: Path,
+        **options: Any,
+    ) -> list[dict[str, Any]]:
+        """Return the value of each task, which stays in ``folder`` until all are done, for one that is started again.
+
+        ``parts`` tell the tasks apart, as JSON; ``options`` are those of `kept_values`.
+        """
+        request, kept = self.request, folder / "folds"
+        facts = {"model": request.model, "label": request.label, **self.recipe.resolved(self.config)}
+        facts |= {"where": dict(request.where or {})}
+        ids = [run_id(facts | {"parts": part}, self.store.sha256) for part in parts]
+        files, processes = [kept / f"{id}.json" for id in ids], self.processes(len(tasks))
+        values = kept_values(function, tasks, files, on=request.on, processes=processes, **options)
+        shutil.rmtree(kept)
+        return values
 
     def learner(self, kind: Kind, *, seed: int) -> Model:
         """Return an untrained model of a kind of examples on its device."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -18,13 +17,11 @@ from tactogram.errors import ParameterError, Remedy
 from tactogram.evaluation.ratings.prediction import PredictedRatings, prediction_figure
 from tactogram.evaluation.report import ReportFigure, ReportSection, ReportTable, ReportText, write_report
 from tactogram.model import Example, ImageExample, ItemRatings, Kind, Model
-from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import write_text
 from tactogram.training.loop import run_training
 from tactogram.workflows.evaluation.classifier_crossval import CrossvalRequest, CrossvalSetup
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.training.rated_examples import RatingData
-from tactogram.workflows.workers.tasks import kept_values
 
 HeldOut = Literal["item", "rater", "both"]
 ITEM_NAMES = ("item", "recording", "material")
@@ -128,7 +125,15 @@ def _predicted(
 
     A repetition is a row; where raters are held out each part is one, for all items are predicted in each.
     """
-    values = _part_values(setup, data, parts, folder, progress)
+    values = setup.kept(
+        partial(_part_value, data=data),
+        list(enumerate(parts, start=1)),
+        [[part[0], *map(sorted, part[1:])] for part in parts],
+        folder,
+        title="crossval",
+        name=lambda part: f"part {part[0]}/{len(parts)}",
+        progress=progress,
+    )
     ratings = data.ratings
     rows = len(parts) if held_out == "rater" else parts[-1][0] + 1
     arrays = {
@@ -154,32 +159,6 @@ class _RatedData:
     kind: Kind
     examples: Sequence[Rateable]
     ratings: Ratings
-
-
-def _part_values(
-    setup: CrossvalSetup, data: _RatedData, parts: Sequence[Part], folder: Path, progress: ProgressCallback
-) -> list[dict[str, Any]]:
-    """Return `_part_value` of each part; those that are done stay in ``folder`` until all are."""
-    request, kept = setup.request, folder / "folds"
-    facts = {
-        "model": request.model,
-        "where": dict(request.where or {}),
-        **setup.recipe.resolved(setup.config),
-    }
-    held_out = [[part[0], *map(sorted, part[1:])] for part in parts]
-    ids = [run_id(facts | {"held_out": fold}, setup.store.sha256) for fold in held_out]
-    values = kept_values(
-        partial(_part_value, data=data),
-        list(enumerate(parts, start=1)),
-        [kept / f"{id}.json" for id in ids],
-        title="crossval",
-        name=lambda part: f"part {part[0]}/{len(parts)}",
-        on=request.on,
-        processes=setup.processes(len(parts)),
-        progress=progress,
-    )
-    shutil.rmtree(kept)
-    return values
 
 
 def _part_value(numbered: tuple[int, Part], *, data: _RatedData) -> dict[str, Any]:

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tactogram.datasets import Examples, Segment, Store, label_of, open_store
 from tactogram.errors import ParameterError
 from tactogram.signal import Signal, signal_of
-from tactogram.signal.io.atomic import atomic_write
+from tactogram.workflows.recognition.spectral_search import cache_vectors, cached
 from tactogram.workflows.training.loaded_run import LoadedRun, load_run
 from tactogram.workflows.training.surface_index import (
     SurfaceIndex,
@@ -94,13 +92,12 @@ def _index_of(loaded: LoadedRun, store: Store, trained: SurfaceIndex) -> Surface
     names = {info.id: name for info in store.index if (name := label_of(info, label)) is not None}
     if not names:
         raise ParameterError(f"{store.name}: no recording has a {label}: there is nothing to search")
-    held = _held(file)
+    held = cached(file)
     missing = [id for id in names if id not in held]
     if missing:
         examples = Examples(store, map(Segment, missing), loaded.as_trained, label=label)
         held |= dict(zip(missing, surface_vectors(loaded.embedder, examples), strict=True))
-        with atomic_write(file) as part:
-            np.savez(part, ids=np.array(list(held)), vectors=np.stack(list(held.values())))
+        cache_vectors(file, held)
     return SurfaceIndex(
         np.stack([held[id] for id in names]),
         list(names),
@@ -109,12 +106,3 @@ def _index_of(loaded: LoadedRun, store: Store, trained: SurfaceIndex) -> Surface
         threshold=trained.threshold,
         calibrated_on=trained.calibrated_on,
     )
-
-
-def _held(file: Path) -> dict[str, NDArray[np.float32]]:
-    """Return the vectors in ``file`` by recording; none if it is missing or broken: it can be made again."""
-    try:
-        with file.open("rb") as opened, np.load(opened, allow_pickle=False) as values:
-            return dict(zip(values["ids"].tolist(), values["vectors"], strict=True))
-    except (OSError, ValueError, KeyError, BadZipFile):
-        return {}

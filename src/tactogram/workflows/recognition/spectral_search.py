@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -127,7 +127,7 @@ def _spectra(
     """Return ids, spectra and rates of all recordings of a stream; the cache keeps spectra by recording."""
     ids = [info.id for info in store.index if stream in store.streams_of(info.id)]
     file = None if cache is None else cache / f"{_name(store, stream)}.npz"
-    held = _held(file)
+    held = cached(file)
     missing = [id for id in ids if id not in held]
     for done, id in enumerate(missing, 1):
         rate, length = store.rate(id, stream), store.length(id, stream)
@@ -136,12 +136,7 @@ def _spectra(
         held[id] = spectrum(store.signal(id, stream, start=start, stop=min(length, start + most)))
         progress("spectra", done, len(missing))
     if file is not None and missing:
-        width = max(len(levels) for levels in held.values())
-        table = np.full((len(held), width), np.nan, np.float32)
-        for row, levels in zip(table, held.values(), strict=True):
-            row[: len(levels)] = levels
-        with atomic_write(file) as part:
-            np.savez(part, ids=np.array(list(held)), levels=table)
+        cache_vectors(file, held)
     rates = np.array([store.rate(id, stream) for id in ids], np.float64)
     return ids, [held[id] for id in ids], rates
 
@@ -151,12 +146,22 @@ def _name(store: Store, stream: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
-def _held(file: Path | None) -> dict[str, Array]:
+def cache_vectors(file: Path, held: Mapping[str, Array]) -> None:
+    """Write vectors by recording, of any lengths, for `cached`."""
+    table = np.full((len(held), max(map(len, held.values()))), np.nan, np.float32)
+    for row, vector in zip(table, held.values(), strict=True):
+        row[: len(vector)] = vector
+    with atomic_write(file) as part:
+        np.savez(part, ids=np.array(list(held)), vectors=table)
+
+
+def cached(file: Path | None) -> dict[str, Array]:
+    """Return the vectors in a file by recording; none if it is missing or broken: it can be made again."""
     if file is None:
         return {}
     try:
         with file.open("rb") as opened, np.load(opened, allow_pickle=False) as values:
-            rows = zip(values["ids"].tolist(), values["levels"], strict=True)
+            rows = zip(values["ids"].tolist(), values["vectors"], strict=True)
             return {id: row[~np.isnan(row)] for id, row in rows}
     except (OSError, ValueError, KeyError, BadZipFile):
         return {}
