@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -105,7 +105,7 @@ class PhotoTranslation(Saved):
         self.config, self.kind, self.seed = config, kind, seed
         self.ceiling_db = 0.0 if config.ceiling_db is None else config.ceiling_db
         self.seconds = 0.0
-        self._cache: dict[Part, _CachedPairs] = {}
+        self._cache: dict[Part, tuple[Sequence[Example], WeakPairs]] = {}
 
     @property
     def picture(self) -> SpectrogramPicture:
@@ -146,8 +146,8 @@ class PhotoTranslation(Saved):
 
     def pairs(self, examples: Sequence[Example], part: Part = "train") -> WeakPairs:
         """Return the pairs of ``examples``; the last pairs of each part are cached, with their finished crops."""
-        cached = self._cached(examples, part)
-        if cached is None or cached.pairs.picture != self.picture:
+        pairs = self._cached(examples, part)
+        if pairs is None or pairs.picture != self.picture:
             # A training refuses unusable examples before it begins; a validation omits them.
             usable = examples if part == "train" else [e for e in examples if self._usable(e)]
             pairs = weak_pairs(
@@ -159,12 +159,12 @@ class PhotoTranslation(Saved):
                 part=part,
                 materials=self.kind.materials,
             )
-            cached = self._cache[part] = _CachedPairs(examples, pairs)
-        return cached.pairs
+            self._cache[part] = examples, pairs
+        return pairs
 
-    def _cached(self, examples: Sequence[Example], part: Part) -> _CachedPairs | None:
-        cached = self._cache.get(part)
-        return cached if cached is not None and cached.examples is examples else None
+    def _cached(self, examples: Sequence[Example], part: Part) -> WeakPairs | None:
+        of, pairs = self._cache.get(part, (None, None))
+        return pairs if of is examples else None
 
     def check(self, examples: Sequence[Example]) -> None:
         """Refuse training examples that lack a material's photographs or recordings."""
@@ -228,14 +228,6 @@ class PhotoTranslation(Saved):
         length = seconds if seconds is not None else self.seconds or picture.length / self.kind.rate
         overlap = round(self.config.overlap * picture.length) / self.kind.rate
         return extend(piece, seconds=length, overlap_s=overlap)
-
-
-@dataclass(frozen=True, eq=False)
-class _CachedPairs:
-    """Pairs with the sequence of examples from which they were made."""
-
-    examples: Sequence[Example]
-    pairs: WeakPairs
 
 
 def photos_of(pairs: WeakPairs, crops: NDArray[np.int64]) -> tuple[Tensor, Tensor]:

@@ -213,7 +213,6 @@ def test_a_split_with_photographs_comes_back(tmp_path):
 def test_all_photographs_may_be_used_of_data_kept_apart(tmp_path):
     store = store_of(tmp_path, {"cork": 3, "tile": 2})
     assert {r.key for r in whole_photographs(store)} == set(store.photograph_keys())
-    assert {r.key for r in whole_photographs(store, ["tile"])} == set(store.photographs_of("tile"))
 
 
 def test_a_material_without_a_photograph_is_named(tmp_path):

@@ -103,11 +103,9 @@ def split_photographs(
     )
 
 
-def whole_photographs(store: Store, materials: Iterable[str] | None = None) -> tuple[Region, ...]:
-    """Return every photograph of ``materials``, by default of all: for data that no training used."""
-    chosen = store.photographs_by_material if materials is None else set(materials)
-    by_material = store.photographs_by_material
-    keys = {key for name in by_material if name in chosen for key in by_material[name]}
+def whole_photographs(store: Store) -> tuple[Region, ...]:
+    """Return every photograph that shows a material: for data that no training used."""
+    keys = {key for held in store.photographs_by_material.values() for key in held}
     return tuple(Region(key) for key in sorted(keys))
 
 
