@@ -80,6 +80,6 @@ def _shares(train: Boxes, test: Boxes) -> tuple[int, float, float, float]:
             a, b = boxes[:, None], train[key][None]  # test crop, train crop, edge
             half = boxes.shape[1] // 2
             before = (a[..., :half] < b[..., half:]) & (b[..., :half] < a[..., half:])
-            overlap += np.count_nonzero(np.all(before, axis=2).any(axis=1))
-            same += np.count_nonzero(np.all(a == b, axis=2).any(axis=1))
+            overlap += int(np.all(before, axis=2).any(axis=1).sum())
+            same += int(np.all(a == b, axis=2).any(axis=1).sum())
     return count, known / count, overlap / count, same / count

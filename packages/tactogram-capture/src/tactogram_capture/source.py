@@ -58,15 +58,6 @@ class Block:
 
 
 @runtime_checkable
-class PlanFollower(Protocol):
-    """A simulated source that follows a session's plan."""
-
-    def on_trial(self, trial: Any) -> None:
-        """Stroke the material of ``trial``, a `tactogram_capture.session.plan.PlannedTake`."""
-        ...
-
-
-@runtime_checkable
 class Source(Protocol):
     """A device, stream or file that delivers samples.
 
@@ -107,18 +98,6 @@ class Source(Protocol):
         ...
 
 
-class OpenFunction(Protocol):
-    """Function from the parts of an address to a source."""
-
-    def __call__(self, place: str, options: Any, /, *, name: str) -> Source:
-        """Return the source at the address ``name``, not entered yet.
-
-        ``place`` is the part between the colon and the question mark; it may be empty. Raises `ParameterError` if the
-        place or the options are wrong; devices are opened later, by entering the source.
-        """
-        ...
-
-
 @dataclass(frozen=True)
 class SourceKind:
     """A kind of source, addressed as ``name:place?option=value&…``."""
@@ -130,7 +109,10 @@ class SourceKind:
     """An address."""
     options: type[BaseModel]
     """Options that are files have the type Path; ``log``, if present, is a new file for all bytes."""
-    open: OpenFunction
+    open: Callable[..., Source]
+    """``open(place, options, name=address)`` returns a source, not entered yet. ``place`` is the part between the colon
+    and the question mark; it may be empty. Raises `ParameterError` if the place or the options are wrong; devices are
+    opened later, by entering the source."""
     find: Callable[[float], Mapping[str, str]] | None = None
     """Returns the connected devices: descriptions by address. Its argument limits the search on a network, s."""
     place_is_file: bool = False

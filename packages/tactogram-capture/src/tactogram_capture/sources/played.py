@@ -89,7 +89,7 @@ class StrokeReplay:
 
 
 class StoreReplaySource(TweliteSource):
-    """A simulated TWE-Lite device whose sensor strokes the recordings of a store; a `PlanFollower`."""
+    """A simulated TWE-Lite device whose sensor strokes the recordings of a store, as a plan says."""
 
     def __init__(self, store: Store, options: StoreReplayOptions, *, name: str) -> None:
         self.hand = StrokeReplay(store, rate=options.rate, seed=options.seed)

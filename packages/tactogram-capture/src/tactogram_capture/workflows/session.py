@@ -15,7 +15,7 @@ from tactogram.extras import device_errors, imported
 from tactogram.parameters import checked
 from tactogram_capture.catalogue import open_source, parse_address
 from tactogram_capture.session.plan import SessionPlan, shipped_plans
-from tactogram_capture.source import PlanFollower, TappedSource
+from tactogram_capture.source import TappedSource
 
 if TYPE_CHECKING:
     from tactogram.signal import Signal
@@ -117,7 +117,7 @@ def capture(
         run = RecordingSession(
             values, store, name, opened, console, journal,
             metronome=metronome, recognise=classify, log=log.name if log.exists() else "",
-            on_trial=device.on_trial if isinstance(device, PlanFollower) else None,
+            on_trial=getattr(device, "on_trial", None),  # of a simulated source that follows the plan
         )  # fmt: skip
         result = run.run()
         facts = opened.facts()

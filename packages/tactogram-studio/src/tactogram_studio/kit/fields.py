@@ -11,7 +11,7 @@ from collections.abc import Awaitable, Callable, Collection, Iterator, Mapping, 
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import unquote
 
 from fastapi import HTTPException, Request
@@ -27,6 +27,10 @@ from tactogram_studio.server.guard_rules import RECEIVED
 from tactogram_studio.workspace.folder import Workspace
 from tactogram_studio.workspace.received import MOST_FILES, MOST_SENT, ReceivedFolders
 from tactogram_studio.workspace.shelf import SignalSources
+
+if TYPE_CHECKING:
+    from tactogram.workflows import RecipeField
+    from tactogram_studio.study_draft.fields import StudyField
 
 Field = TypeVar("Field", bound=ValueElement[Any])
 Options = Sequence[str] | Mapping[Any, str]
@@ -173,19 +177,9 @@ class Form:
         return field.classes(self.classes)
 
 
-class Declared(Protocol):
-    """A setting as its model declares it."""
-
-    @property
-    def widget(self) -> str:
-        """One of switch, choice, integer, number, numbers, line and text."""
-
-    @property
-    def choices(self) -> Options:
-        """Values of a choice, or their titles by value."""
-
-
-def declared_field(field: Declared, label: str, value: Any, change: Callable[[Any], Any]) -> Any:
+def declared_field(
+    field: RecipeField | StudyField, label: str, value: Any, change: Callable[[Any], Any]
+) -> Any:
     """Draw and return the widget of a declared setting, which calls ``change`` with each entry."""
     if field.widget == "switch":
         return ui.switch(label, value=bool(value), on_change=lambda event: change(event.value))
