@@ -9,8 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.motion.finger_state import MotionSample
@@ -235,5 +235,5 @@ def _force(moves: list[_HandMove], times: Array, random: np.random.Generator) ->
         slow += np.sin(2 * np.pi * (hz * times + random.uniform())) / 3
     target = np.where(touching, FORCE_N * (1 + 0.6 * slow), 0.0)
     decay = math.exp(-1 / (0.012 * FORCE_RATE))
-    smooth = lfilter([1 - decay], [1, -decay], target)
+    smooth = scipy.signal.lfilter([1 - decay], [1, -decay], target)
     return np.where(smooth < 0.01, 0.0, smooth)
