@@ -20,7 +20,7 @@ from tactogram.errors import DataError
 from tactogram.extras import imported
 from tactogram.signal.io.archives import decoding
 from tactogram.signal.io.worksheet import sheets
-from tactogram.text_files import csv_rows, detected_text, parse_json, read_bytes, read_text
+from tactogram.text_files import check_regular, csv_rows, detected_text, parse_json, read_bytes, read_text
 
 _SNIFFED = 100_000
 MIB = 2**20
@@ -95,6 +95,7 @@ def _columns(text: str, divider: str) -> int:
 
 
 def _sheet(path: Path) -> list[tuple[int, list[Any]]]:
+    check_regular(path)
     rows = {
         name: [(n, [*row]) for n, row in enumerate(cells, 1) if any(cell is not None for cell in row)]
         for name, cells in sheets(path).items()

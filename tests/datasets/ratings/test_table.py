@@ -221,7 +221,7 @@ def test_a_broken_table_is_refused_with_its_row(tmp_path, name):
 def test_files_that_are_no_tables_are_refused(tmp_path):
     with pytest.raises(DataError, match=r"must be .csv, .tsv, .parquet, .xlsx, .json, got '.ods'"):
         read_table(tmp_path / "r.ods")
-    with pytest.raises(DataError, match="r.xlsx: not readable: .*No such file"):
+    with pytest.raises(DataError, match="r.xlsx: no such file"):
         read_table(tmp_path / "r.xlsx")
     with pytest.raises(DataError, match="r.json: must hold a list of objects, one per row"):
         read_table(write(tmp_path / "r.json", '{"rater": "r"}'))

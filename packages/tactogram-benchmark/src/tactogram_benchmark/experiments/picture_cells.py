@@ -16,15 +16,8 @@ from tactogram.evaluation import PictureWeights
 from tactogram.features import Protocol
 from tactogram.nn import ALEXNET, DENSENET201, INCEPTION, VGG19, weight_file
 from tactogram.recipe import Preparation
-from tactogram.training import Run
-from tactogram.workflows import ProgressCallback, evaluate_pictures
-from tactogram_benchmark.experiments.artifacts import (
-    cached_result,
-    facts_of,
-    find_or_simulate,
-    spread,
-    trained_run,
-)
+from tactogram.workflows import ProgressCallback, evaluate_pictures, train
+from tactogram_benchmark.experiments.artifacts import cached_result, facts_of, find_or_simulate, spread
 
 MEASURES = (
     "lpips",
@@ -193,10 +186,17 @@ def _cell(
 
     def evaluated() -> dict[str, Any]:
         run = run_of(folder, name, seed)
-        own = changes | settings.weight_changes(model) | {"seed": seed}
-        options: dict[str, Any] = {"recipe": settings.recipe, "changes": own, "split": split}
-        trained_run(model, store, run, **options, progress=progress)
-        validation = Run.open(run).facts().get("validation", {})
+        trained = train(
+            model,
+            store.path,
+            recipe=settings.recipe,
+            changes=changes | settings.weight_changes(model) | {"seed": seed},
+            split=split,
+            out=run,
+            resume=(run / "recipe.toml").exists(),
+            progress=progress,
+        )
+        validation = trained.facts().get("validation", {})
         most = EVALUATED_PAPER if settings.paper else EVALUATED
         measured = evaluate_pictures(run, weights=weights, most=most, progress=progress)
         return {"validation": validation, **measured}
