@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -234,6 +235,15 @@ def test_files_that_are_no_tables_are_refused(tmp_path):
             write(tmp_path / "r.csv", LONG),
             columns=RatingColumns(named={"score": "Value"}, ignored=("score",)),
         )
+
+
+def test_a_workbook_whose_last_cell_is_filled_does_not_take_all_memory(tmp_path):
+    book = openpyxl.Workbook()
+    book.active.append(["rater", "item", "word", "score"])
+    book.active.cell(1_048_576, 16_384, 3)
+    book.save(tmp_path / "r.xlsx")
+    with pytest.raises(DataError, match="r.xlsx: a sheet must have at most 33554432 cells up to its last"):
+        read_table(tmp_path / "r.xlsx")
 
 
 def test_a_scale_has_a_name_or_two_ends():
