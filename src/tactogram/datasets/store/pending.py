@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo
 from tactogram.errors import DataError, Remedy, RunError
-from tactogram.signal.io.atomic import host_name, is_running, to_disk
+from tactogram.signal.io.atomic import host_name, is_running, sole_writer, to_disk
 
 
 def part_folder(path: Path) -> Path:
@@ -89,19 +89,19 @@ def new_folder(target: Path) -> Iterator[Path]:
 
     Raises `RunError` if ``target`` exists.
     """
-    if target.exists():
-        raise RunError(target, "exists already", remedy=Remedy("choose another", "out"))
-    target.parent.mkdir(parents=True, exist_ok=True)
-    clear_stale_parts(target)
     part = part_folder(target)
-    shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
-    part.mkdir(mode=0o700)
-    try:
-        yield part
-        part.chmod(0o755)
-        part.rename(target)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+    with sole_writer(target):
+        if target.exists():
+            raise RunError(target, "exists already", remedy=Remedy("choose another", "out"))
+        clear_stale_parts(target)
+        shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
+        part.mkdir(0o700, parents=True)
+        try:
+            yield part
+            part.chmod(0o755)
+            part.rename(target)
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
 
 
 class StagedFiles:

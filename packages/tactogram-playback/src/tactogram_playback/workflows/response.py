@@ -119,15 +119,10 @@ def write_identified(
     band = band or read_metadata(played).get("band")
     if band is None:
         raise ParameterError(played, "does not state the band it sweeps", remedy=Remedy("give", "band"))
-    reading: dict[str, Any] = {
-        "unit": unit,
-        "rate": rate,
-        "axes": axes,
-        "time": time,
-        "sheet": sheet,
-        "part": part,
-    }
-    recordings = [read_signal(file, **reading) for file in recorded]
+    recordings = [
+        read_signal(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
+        for file in recorded
+    ]
     if axis:
         recordings = [recording.select(axis) for recording in recordings]
     for file, recording in zip(recorded, recordings, strict=True):

@@ -169,15 +169,9 @@ def stream(
     one_axis = how or (known.axes if known is not None else "dft321")
     settings = TextureSettings(played_rate, most, one_axis, speed_mm_s, along, None, seed)
     names = list(dict.fromkeys([*(mix or {}), *(mix_to or {})]))
-    reading: dict[str, Any] = {
-        "unit": unit,
-        "rate": rate,
-        "axes": axes,
-        "time": time,
-        "sheet": sheet,
-        "part": part,
-    }
-    textures, simulated = textures_of(sources, names, settings, **reading)
+    textures, simulated = textures_of(
+        sources, names, settings, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part
+    )
     weights = dict.fromkeys(names, 0.0) | dict(mix or {}) if names else None
     contact = ContactSettings(gain=tap_gain)
     output = None
