@@ -83,6 +83,9 @@ def test_acceleration_is_the_default_stream_then_the_first():
     assert Preparation(stream="tdc").stream_of(["pac", "tdc"]) == "tdc"
     with pytest.raises(ParameterError, match="prepare.stream must be one of pac, tdc, got 'x'"):
         Preparation(stream="x").stream_of(["pac", "tdc"])
+    for preparation in (Preparation(), Preparation(stream="x")):
+        with pytest.raises(ParameterError, match="there are no recordings"):
+            preparation.stream_of([])
 
 
 def test_the_beginning_is_kept_where_takes_end_at_rest():

@@ -10,8 +10,10 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Iterable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache, wraps
+from pathlib import Path
 from pydoc import locate
 from typing import Annotated, Any, ParamSpec, TypeVar, cast
 
@@ -20,6 +22,7 @@ from docstring_parser import DocstringStyle, parse
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from tactogram.errors import ParameterError
+from tactogram.signal.io.atomic import sole_writer
 
 Positive = Annotated[float, Gt(0)]
 Count = Annotated[int, Ge(1)]
@@ -122,9 +125,9 @@ def summary(function: Callable[..., Any]) -> str:
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:
-    """Check the arguments of a function against its annotations before it runs.
+    """Check the arguments of a function against its annotations before it runs, as the `sole_writer` of its ``out``.
 
-    `ParameterError` names the first fault.
+    `ParameterError` names the first fault, or the process that writes there.
     """
     signature = inspect.signature(function)
     rest = next((one.name for one in signature.parameters.values() if one.kind is one.VAR_KEYWORD), "")
@@ -138,9 +141,17 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
                 held[name] = known[name].check(held[name])
         if unknown := bound.arguments.get(rest, {}).keys() - known.keys():
             raise TypeError(f"{function.__name__}() got an unexpected keyword argument {min(unknown)!r}")
-        return function(*bound.args, **bound.kwargs)
+        out = (bound.arguments | bound.arguments.get(rest, {})).get("out")
+        with sole_writer(Path(out)) if out and not hasattr(function, "shares_out") else nullcontext():
+            return function(*bound.args, **bound.kwargs)
 
     return call
+
+
+def shares_out(function: F) -> F:
+    """Allow several processes to write to one ``out`` of a function."""
+    function.shares_out = True  # type: ignore[attr-defined]
+    return function
 
 
 def _resolved(annotation: Any, known: dict[str, Any]) -> Any:

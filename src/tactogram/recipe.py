@@ -45,7 +45,9 @@ class Preparation(DescribedModel):
         return band
 
     def stream_of(self, names: Sequence[str]) -> str:
-        """Return the stream of ``names`` to prepare; `ParameterError` if the recipe's is not among them."""
+        """Return the stream of ``names`` to prepare; `ParameterError` if the recipe's is not among them, or none is."""
+        if not names:
+            raise ParameterError("there are no recordings, only photographs or nothing")
         if self.stream is None:
             return "acceleration" if "acceleration" in names else names[0]
         if self.stream not in names:

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from contextvars import Context
 from importlib import import_module
 from inspect import Parameter
 from pathlib import Path
@@ -166,7 +167,7 @@ def test_a_verb_refuses_what_another_process_writes_before_all_else(words, tmp_p
     if words[:2] in (["study", "run"], ["study", "simulate"], ["benchmark", "run"]):
         pytest.skip("several processes may write to one session, or one folder of results")
     with sole_writer(tmp_path / "out"):
-        assert main([*words, "--out", str(tmp_path / "out")]) == 1
+        assert Context().run(main, [*words, "--out", str(tmp_path / "out")]) == 1
     assert f"out: process {os.getpid()} writes it at present" in capsys.readouterr().err
 
 

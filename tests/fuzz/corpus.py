@@ -195,9 +195,17 @@ def settings(folder: Path) -> None:
     columns = {"columns": ["x", "y", "z"], "axes": {"x": "x", "y": "y"}, "unit": "g", "rate": 1000.0}
     toml(folder / "mapping.toml", {"layout": [columns]})
     toml(folder / "recipe.toml", {"model": "ar_texture", "seed": 3, "prepare": {"length": 0.5}, "config": {}})
+    toml(folder / "names.toml", {"model": "stroke_statistics", "prepare": {"length": 0.5}})
     toml(folder / "study.toml", STUDY)
     write_signal(folder / "buzz.wav", Signal(np.sin(np.arange(800)), 2000.0, "1"))
     plan = {"materials": ["cork", "tile"], "contactors": ["finger"], "speeds_mm_s": [100], "repetitions": 1}
+    plan |= {
+        "seconds": 0.2,
+        "countdown_s": 0.0,
+        "metronome": False,
+        "rate": 330.0,
+        "limits": {"most_lost": 0.5},
+    }
     toml(folder / "plan.toml", plan)
     shutil.copy(
         ROOT / "src" / "tactogram" / "rendering" / "displays" / "voice-coil.toml", folder / "display.toml"

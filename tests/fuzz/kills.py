@@ -23,6 +23,7 @@ import sys
 import tempfile
 import time
 import traceback
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -66,6 +67,10 @@ class Command:
     """Seconds between the checkpoints of a store, if not the usual ones."""
     adds: bool = False
     """Whether repeating it adds to what is there, instead of completing it."""
+    view: Callable[[Path], dict[str, str]] = field(default_factory=lambda: content)
+    """What of a folder is compared."""
+    says: str = "(?!)"
+    """Pattern of the line that acknowledges something, whose group is in its name in the view."""
 
 
 @dataclass
@@ -84,6 +89,9 @@ def prepare(folder: Path) -> None:
     """Make recordings, a store, runs, a task and a session that the commands use."""
     import soundfile
 
+    from tactogram_capture.twelite.simulator import SimulatedReceiver, write_log
+
+    write_log(folder / "raw.log", SimulatedReceiver(seconds=20, seed=1))
     rng = np.random.default_rng(0)
     for place, material in enumerate(("cork", "felt", "tile")):
         (folder / "recordings" / material).mkdir(parents=True)
@@ -91,12 +99,18 @@ def prepare(folder: Path) -> None:
             sound = rng.normal(size=1000) * 0.01 * 2**place
             soundfile.write(folder / "recordings" / material / f"{take}.wav", sound, 1000, subtype="FLOAT")
     soundfile.write(folder / "new.wav", rng.normal(size=800) * 0.01, 1000, subtype="FLOAT")
+    (folder / "ratings.csv").write_text("rater,item,word,score\na,cork,rough,2\na,felt,rough,3\n")
+    (folder / "plan.toml").write_text(
+        'materials = ["cork", "felt"]\nspeeds_mm_s = [100]\nrepetitions = 2\nseconds = 0.2\ncountdown_s = 0\n'
+        "metronome = false\nrate = 330\n"
+    )
     (folder / "conditions.csv").write_text(
         "file,material,seed\n" + "".join(f"{n}.wav,cork,{n}\n" for n in range(20))
     )
     with inside(folder):
         for words in (
             "data import folder recordings --out s --set unit=m/s^2 --workers 1",
+            "data rate s ratings.csv",
             "train replay --data s --recipe tiny --out replay --accelerator cpu",
             "study simulate two-area --participants 1 --out session",
         ):
@@ -133,6 +147,7 @@ def commands(base: Path) -> dict[str, Command]:
             "data import folder {base}/recordings --out s --set unit=m/s^2 --workers 1", kept=0.0
         ),
         "add": of("data add s {base}/new.wav --material cork", copied=("s",)),
+        "rate": of("data rate s {base}/ratings.csv --replace", copied=("s",)),
         "copy": of("data copy {base}/s copied"),
         "data export": of("data export {base}/s --out hub"),
         "simulate": of(
@@ -154,6 +169,11 @@ def commands(base: Path) -> dict[str, Command]:
         "benchmark run": of(
             "benchmark run name stroke_cnn --seeds 1 --recipe tiny --folder work "
             "--tasks {base}/tasks --stores {base}/stores"
+        ),
+        "capture": of(
+            "capture {base}/plan.toml --source log:{base}/raw.log --data touched --yes --silent",
+            view=takes,
+            says=r"take (\d+) of .*-> accept",
         ),
         "study simulate": of("study simulate two-area --participants 2 --out session", adds=True),
         "study export": of("study export {base}/session --out answers.csv"),
@@ -207,7 +227,7 @@ def run(
         points += len(got)
     os.close(reading)
     _, ended = os.waitpid(child, 0)
-    return os.waitstatus_to_exitcode(ended), points, log.read_text(errors="replace")[-400:]
+    return os.waitstatus_to_exitcode(ended), points, log.read_text(errors="replace")
 
 
 def count_points(folder: Path, at: int, pipe: int, full: bool) -> None:
@@ -270,6 +290,18 @@ def content(folder: Path) -> dict[str, str]:
     return found
 
 
+def takes(folder: Path) -> dict[str, str]:
+    """Return how often a recording session's store has each take, and the files beside it that it does not name."""
+    files = {path.relative_to(folder).as_posix() for path in folder.glob("touched*/*") if path.is_file()}
+    if not (folder / "touched").exists():
+        return dict.fromkeys(files, "unnamed")
+    store = open_store(folder / "touched")
+    named = {"dataset.json", store.facts.ids, *(stored.file for stored in store.facts.files)}
+    count = Counter(f"take {info.labels['trial']}" for info in store.index)
+    unnamed = files - {f"touched/{name}" for name in named}
+    return {name: str(times) for name, times in count.items()} | dict.fromkeys(unnamed, "unnamed")
+
+
 def pages(path: Path) -> list[str]:
     """Return the answered pages in a session, without codes and times; raise if it is damaged."""
     with tempfile.TemporaryDirectory() as copy:  # whose log SQLite may replay
@@ -298,29 +330,29 @@ def killed_everywhere(
         folder.mkdir()
         for name in command.copied:
             shutil.copytree(base / name, folder / name)
-        return content(folder)
+        return command.view(folder)
 
     old = fresh()
     status, _, said = run(command, folder, command.words)
     count = Count()
     if status:
-        count.problems.append(f"undisturbed: status {status}: {said}")
+        count.problems.append(f"undisturbed: status {status}: {said[-400:]}")
         return count
-    new = content(folder)
+    new = command.view(folder)
     fresh()
     status, every, _ = run(command, folder, command.words)  # the first time modules may be compiled
     count.points = every
-    if status or content(folder) != new:
-        count.problems.append(f"twice: {difference(new, content(folder))}")
+    if status or command.view(folder) != new:
+        count.problems.append(f"twice: {difference(new, command.view(folder))}")
     for at in points(every):
         fresh()
         status, _, said = run(command, folder, command.words, at=at, full=full)
-        if status == 0:
+        left = command.view(folder)
+        if status == 0 and (command.adds or left == new):
             continue
         count.kills += 1
-        left = content(folder)
-        if full and not re.fullmatch(r"(?s).*tactogram: [^\n]*No space left[^\n]*\n", said):
-            count.problems.append(f"point {at}: status {status}, {said}")
+        if full and not re.search(r"^(tactogram|NOT stored): [^\n]*No space left", said, re.MULTILINE):
+            count.problems.append(f"point {at}: status {status}, {said[-400:]}")
         half = [
             name
             for name, hash in left.items()
@@ -330,18 +362,21 @@ def killed_everywhere(
         ]
         half += [line for facts in folder.rglob("dataset.json") for line in faults(facts.parent)]
         lost = [name for name in old if name in new and name not in left]
+        lost += [
+            f"take {number}" for number in re.findall(command.says, said) if f"take {number}" not in left
+        ]
         count.half_written += bool(half)
         count.lost += bool(lost)
         with inside(folder):
             again = command.again() if command.again else command.words
         status, _, said = run(command, folder, again)
-        after = content(folder)
+        after = command.view(folder)
         # A command may refuse a result that is there already.
         same = (status == 0 or left == new) and (command.adds or after == new)
         lost += [name for name in left if command.adds and name not in after]
         count.resumed_to_the_same_bytes += same
         if half or lost or not same:
-            repeated = "" if same else f"status {status}, {said}, {difference(new, after)}"
+            repeated = "" if same else f"status {status}, {said[-400:]}, {difference(new, after)}"
             count.problems.append(f"point {at}: half-written {half}, lost {lost}, repeated {repeated}")
     return count
 

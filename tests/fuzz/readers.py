@@ -28,6 +28,11 @@ from itertools import islice
 from pathlib import Path
 from random import Random
 
+from tests.object_store import object_store
+
+from tactogram.datasets.store.remote import location
+
+BUCKET = "s3://bucket/"
 CASES = Path(__file__).parent / "cases"
 MOST_SECONDS = 20
 """Of processor time; the clock may take three times as long on a busy machine."""
@@ -66,6 +71,11 @@ COMMANDS = {
     },
     "store-info": "data info store",
     "store-url": "data info file://{work}/store",
+    "s3-info": "data info s3://bucket/store",
+    "s3-check": "data check s3://bucket/store",
+    "s3-copy": "data copy s3://bucket/store out",
+    "s3-send": "data copy store s3://bucket/sent",
+    "s3-train": "train ar_texture --data s3://bucket/store --recipe settings/recipe.toml --out out",
     "store-check": "data check store",
     "store-export": "data export store --out out",
     "store-copy": "data copy store out",
@@ -74,6 +84,10 @@ COMMANDS = {
     "store-rate": "data rate store tables/ratings.csv --replace",
     "store-ratings": "data ratings store --out out.csv",
     "train": "train ar_texture --data store --recipe settings/recipe.toml --out out",
+    "crossval": (
+        "crossval stroke_statistics --data store --folds 2 --recipe settings/names.toml --out out --processes 1"
+    ),
+    "clone": "clone waves/a.wav --out out --speeds 100 --forces 1 --seconds 0.3",
     "classify": "classify names recordings/cork/1.wav",
     "classify-network": "classify network recordings/cork/1.wav",
     "search": "search names recordings/cork/1.wav",
@@ -101,16 +115,28 @@ COMMANDS = {
     "transducer": "transducer tables/admittance.csv",
     "log": "capture-log {logs} --out out.csv",
     "log-store": "capture-log {logs} --data out --material cork",
+    "capture": "capture settings/plan.toml --source log:logs/raw.log --data out --yes --silent",
+    "live": "live network --source log:logs/text.txt --window 0.3 --hop 0.1",
     "study": "study check settings/study.toml",
     "study-simulate": "study simulate settings/study.toml --out out --participants 1",
     "study-export": "study export session --out out.csv",
     "study-analyse": "study analyse answers/answers.csv --out out --draws 100 --no-figures",
 }
 """Verbs by a name of ours; a word that begins with a part of the corpus is its copy, ``{part}`` one file of it."""
-HEAVY = {"evaluate-generator", "run-onnx", "mix", "evaluate", "run-c", "touch", "import-hatt"}
+HEAVY = {
+    "evaluate-generator",
+    "run-onnx",
+    "mix",
+    "evaluate",
+    "run-c",
+    "touch",
+    "import-hatt",
+    "clone",
+    "crossval",
+}
 """Verbs that take seconds, and are run more rarely."""
-MAY_WRITE = {"study-export"}
-"""Verbs whose session is a database that opening touches."""
+MAY_WRITE = {"study-export": "session", "capture": "out"}
+"""Beginning of what a verb that fails may change: a database that opening touches; takes, each kept as it is made."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +209,7 @@ class Bench:
     def words(self, target: str, rng: Random) -> tuple[str, ...]:
         """Return the arguments of a verb, with one file of each part that is to be drawn."""
         return tuple(
-            re.sub(r"^\{(\w+)\}$", lambda m: f"{m[1]}/{rng.choice(_files(self.part(m[1])))}", word)
+            re.sub(r"\{(\w+)\}", lambda m: f"{m[1]}/{rng.choice(_files(self.part(m[1])))}", word)
             for word in COMMANDS[target].replace("{work}", str(self.work)).split()
         )
 
@@ -191,7 +217,7 @@ class Bench:
         """Return the words that are places in the corpus, whose parts are made."""
         from tests.fuzz.corpus import PARTS
 
-        words = [each.rpartition(f"{self.work}/")[2] for each in argv[1:]]
+        words = [re.sub(f"^(file://{self.work}/|{BUCKET}|log:)", "", each) for each in argv[1:]]
         return [word for word in words if (name := word.split("/")[0]) in PARTS and self.part(name)]
 
     def victims(self, argv: Sequence[str]) -> list[str]:
@@ -235,6 +261,8 @@ class Bench:
         """Put the damaged file into its place, and return the state of all files."""
         self.copied(trial.argv)
         _replace(self.work / trial.victim, trial.content)
+        if any(word.startswith(BUCKET) for word in trial.argv):
+            _send(self.work)
         return _state(self.work)
 
     def changed(self, before: dict[str, tuple[int, int]]) -> list[str]:
@@ -288,15 +316,14 @@ class Bench:
         signal.alarm(0)
         seconds = time.monotonic() - began
         peak = re.search(r"VmHWM:\s+(\d+)", Path("/proc/self/status").read_text())
-        changed = self.changed(before)
-        if trial.target in MAY_WRITE:
-            changed = [name for name in changed if name.startswith("out")]
+        kept = MAY_WRITE.get(trial.target, "\0")
+        changed = [name for name in self.changed(before) if not name.startswith(kept)]
         text = self.said.read_text(errors="replace")
         return Outcome(code, seconds, int(peak[1]) * 1024 if peak else 0, text, tuple(changed))
 
 
-ODD = ("folder", "pipe", "zero", "dangling", "loop", "gone")
-"""What may be in the place of a file."""
+ODD = ("folder", "pipe", "zero", "dangling", "loop", "gone", "flat")
+"""What may be in the place of a file, or (``flat``) a file in the place of its folder."""
 
 
 def _replace(path: Path, content: bytes | str) -> None:
@@ -308,8 +335,20 @@ def _replace(path: Path, content: bytes | str) -> None:
             path.mkdir()
         case "pipe":
             os.mkfifo(path)
+        case "flat":
+            shutil.rmtree(path.parent)
+            path.parent.write_bytes(b"x")
         case "zero" | "dangling" | "loop":
             path.symlink_to({"zero": "/dev/zero", "dangling": "nowhere", "loop": path.name}[content])
+
+
+def _send(folder: Path) -> None:
+    """Put the files of a folder into the bucket, in place of all others."""
+    place = location(BUCKET)
+    place.system.delete_dir_contents(place.path)
+    for name in _files(folder):
+        with place.system.open_output_stream(f"{place.path}/{name}") as out:
+            out.write((folder / name).read_bytes())
 
 
 def _files(folder: Path) -> list[str]:
@@ -478,7 +517,7 @@ def main() -> int:
     parser.add_argument("--out", type=Path, default=Path("build/fuzz"), help="folder of findings and counts")
     parser.add_argument("--case", type=Path, help="run one finding again")
     chosen = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, object_store():
         bench = Bench(Path(folder))
         if chosen.case:
             import_module("torch")  # needs more address space than is left to a trial

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
@@ -74,8 +73,6 @@ class Verb(NamedTuple):
     """JSON value of a result."""
     bare: tuple[str, ...] = ()
     """Options that may come without a value, which is empty then."""
-    shared: bool = False
-    """Whether several processes may write to one ``out``."""
 
     def load(self) -> Callable[..., Any]:
         """Import and return the function."""
@@ -89,7 +86,7 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
     from cyclopts import App, CycloptsError
 
     from tactogram.parameters import parameters, summary
-    from tactogram.signal.io.atomic import check_writable, sole_writer
+    from tactogram.signal.io.atomic import check_writable
 
     function = verb.load()
     app = App(
@@ -110,14 +107,13 @@ def run(words: str, verb: Verb, arguments: Sequence[str]) -> int:
         kinds = {parameter.name: parameter.kind for parameter in parameters(function)}
         options = {name: converted(spelt(name), value, kinds.get(name)) for name, value in options.items()}
         further_folders({name: options.pop(name, ()) for name in verb.folders})
-        # Refused before hours of work. A training on several devices has several processes.
-        if out := options.get("out") or options.get("table"):
+        # Refused before hours of work.
+        if out := options.get("out"):
             check_writable(Path(out), folder=Path(out).is_dir())
-        alone = out and not verb.shared and os.environ.get("LOCAL_RANK", "0") == "0"
         taken = signature(function).parameters
         if "show" in taken:
             options["show"] = show
-        with sole_writer(Path(out)) if alone and out else nullcontext(), verb.within() as further:
+        with verb.within() as further:
             options |= further or {}
             if "progress" in taken:
                 with show.progress() as progress:

@@ -23,6 +23,7 @@ from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.datasets.store.writing import new_store
 from tactogram.errors import DataError, Message, ParameterError, Remedy, TactogramError, printable
+from tactogram.signal.io.atomic import sole_writer
 
 
 def import_dataset(
@@ -78,20 +79,16 @@ def import_dataset(
         raise DataError(data_set.paths.question)
     source, items = data_set.source, data_set.items
     ratings: Ratings | None = _optional(source, "ratings", path, {})
+    facts: dict[str, Any] = {"name": set_name, "licence": source.LICENCE, "source": source.TITLE}
+    job = _job(set_name, path, options, items)
     target: StoreComparison | StoreWriter
-    if out.exists():
-        target = StoreComparison(open_store(out), path)
-    else:
-        target = new_store(
-            out,
-            name=set_name,
-            licence=source.LICENCE,
-            source=source.TITLE,
-            simulated=False,
-            job=_job(set_name, path, options, items),
-        )
-    stale = clear_stale_parts(out)
-    with target:
+    with (
+        sole_writer(out),
+        StoreComparison(open_store(out), path)
+        if out.exists()
+        else new_store(out, **facts, simulated=False, job=job) as target,
+    ):
+        stale = clear_stale_parts(out)
         begun = target.store_so_far if isinstance(target, StoreWriter) else None
         rates = CommonRates() if begun is None else CommonRates.of(begun)
         sink = ImportSink(target, skip_bad=skip_bad, rates=rates)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from pydantic import Field, field_validator
 
-from tactogram.errors import ParameterError, Remedy, shown
+from tactogram.errors import ParameterError, Remedy, RunError, shown
 from tactogram.model import Kind, Model, ModelConfig, condition_types
 from tactogram.plugins import entry_point_modules, further_folders, import_path
 from tactogram.text_files import read_toml
@@ -135,9 +135,15 @@ class ModelInfo(ModelDescription):
             raise ParameterError(f"{self.folder}: Config must be a subclass of tactogram.model.ModelConfig")
         return config
 
-    def config(self, values: Mapping[str, Any] | None = None) -> ModelConfig:
-        """Return the model's configuration, in which ``values`` replace the published ones."""
-        config = validated(self.config_class(), values or {}, where=f"config of {self.name}")
+    def config(self, values: Mapping[str, Any] | None = None, *, run: Path | None = None) -> ModelConfig:
+        """Return the model's configuration, in which ``values``, maybe a ``run``'s, replace the published ones."""
+        try:
+            config = validated(self.config_class(), values or {}, where=f"config of {self.name}")
+        except ParameterError as error:
+            if run is None:
+                raise
+            problem, remedy = str(error).partition("; known here")[0], "train it again"
+            raise RunError(run, problem, remedy=f"{remedy}, or use the tactogram that trained it") from None
         for key, value in config.model_dump().items():
             for number in value if isinstance(value, list | tuple) else [value]:
                 if isinstance(number, int) and number > MOST_COUNT:

@@ -3,13 +3,15 @@
 import os
 from concurrent.futures import ThreadPoolExecutor
 
+import numpy as np
 import pytest
 from tests.datasets.store.sample_recordings import FACTS, assert_same, recording
 
-from tactogram.datasets import add_recordings, create_store, open_store
+from tactogram.datasets import Ratings, add_ratings, add_recordings, create_store, open_store
 from tactogram.datasets.store.store import problems
 from tactogram.datasets.store.writing import insert_recording
 from tactogram.errors import DataError
+from tactogram.signal.io.atomic import host_name
 
 
 def test_recordings_can_be_added(tmp_path):
@@ -58,6 +60,48 @@ def test_what_fails_after_the_store_was_replaced_leaves_the_new_one(tmp_path, mo
         insert_recording(store.path, recording(1))
     assert len(open_store(store.path)) == 2
     assert problems(open_store(store.path)) == []
+
+
+def ratings(score):
+    return Ratings(("a", "b"), ("cork", "cork"), ("rough", "rough"), np.array([1.0, score]))
+
+
+@pytest.mark.parametrize("add", [insert_recording, None])
+@pytest.mark.parametrize("kind", ["ids", "ratings"])
+def test_a_folder_in_the_place_of_a_file_that_is_replaced_leaves_the_new_store(tmp_path, kind, add, caplog):
+    store = create_store(tmp_path / "s", [recording(0, material="cork")], **FACTS, ratings=ratings(2.0))
+    file = store.folder / {"ids": store.facts.ids, "ratings": store.facts.ratings.file}[kind]
+    file.unlink()
+    file.mkdir()
+    store = open_store(store.path)
+    if add:
+        add(store.path, recording(1))
+    add_ratings(open_store(store.path), ratings(5.0), replace=True)
+    after = open_store(store.path)
+    assert after.ratings.sha256 == ratings(5.0).sha256
+    assert len(after) == 1 + bool(add)
+    assert problems(after) == []
+    assert ("the shards are read instead" in caplog.text) == (kind == "ids")
+    assert not list(store.folder.glob("adding-*"))
+
+
+def test_ratings_that_cannot_be_stored_leave_the_list_of_ids(tmp_path, monkeypatch):
+    store = create_store(tmp_path / "s", [recording(0, material="cork")], **FACTS, ratings=ratings(2.0))
+    before = sorted(os.listdir(store.path))
+    with monkeypatch.context() as patch:
+        patch.setattr("tactogram.datasets.store.layout.StoreInfo.text", lambda _: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            add_ratings(store, ratings(2.0), replace=True)
+    assert sorted(os.listdir(store.path)) == before
+    assert problems(open_store(store.path)) == []
+
+
+def test_what_a_killed_process_was_writing_is_removed(tmp_path):
+    store = create_store(tmp_path / "s", [recording(0, material="cork")], **FACTS)
+    part = f".ratings-00000-{host_name()[:16]}-99999999-00000000.part.parquet"
+    (store.folder / part).touch()
+    add_ratings(store, ratings(2.0))
+    assert not (store.folder / part).exists()
 
 
 def test_an_existing_folder_is_not_touched(tmp_path):

@@ -5,6 +5,7 @@ import stat
 import subprocess
 import sys
 import threading
+from contextvars import Context
 from pathlib import Path
 
 import pytest
@@ -141,6 +142,19 @@ def test_a_second_writer_is_refused_at_once_and_the_first_is_named(tmp_path):
     with sole_writer(path):
         pass
     assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_writer_calls_may_write_there_and_another_thread_may_not(tmp_path):
+    def elsewhere():
+        with pytest.raises(ParameterError, match=f"process {os.getpid()} writes it at present"):
+            sole_writer(tmp_path).__enter__()
+
+    with sole_writer(tmp_path):
+        with sole_writer(tmp_path / "x" / ".."):
+            Context().run(elsewhere)
+        Context().run(elsewhere)
+    with sole_writer(tmp_path):
+        pass
 
 
 def test_what_a_killed_process_was_writing_goes_with_the_next_writer(tmp_path):

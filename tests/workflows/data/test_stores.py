@@ -2,18 +2,13 @@
 
 import json
 import pickle
-import socket
-import subprocess
-import sys
-import time
 import urllib.request
-from pathlib import Path
 
 import numpy as np
-import pyarrow.fs as fs
 import pyarrow.parquet as pq
 import pytest
 from lightning_fabric.plugins.environments.lightning import find_free_network_port
+from tests.object_store import object_store
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, add_recordings, create_store, open_store
@@ -29,37 +24,12 @@ from tactogram.workflows.data.stores import add_signal, export_store, import_sto
 from tactogram.workflows.training.loaded_run import load_run
 from tactogram.workflows.training.train import train
 
-SERVER = Path(sys.prefix) / "s3" / "bin" / "moto_server"  # by `make install`
-
 
 @pytest.fixture(scope="module", autouse=True)
 def server():
-    """Run the server, name it in the environment, make a bucket, and yield the server's address."""
-    port = find_free_network_port()
-    process = subprocess.Popen(
-        [SERVER, "-H", "127.0.0.1", "-p", str(port)], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("AWS_ACCESS_KEY_ID", "testing")
-        patch.setenv("AWS_SECRET_ACCESS_KEY", "testing")
-        patch.setenv("AWS_REGION", "us-east-1")
-        patch.setenv("AWS_EC2_METADATA_DISABLED", "true")
-        patch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{port}")
-        until = time.monotonic() + 60
-        while not _answers(port) and time.monotonic() < until and process.poll() is None:
-            time.sleep(0.05)
-        try:
-            options = {"endpoint_override": f"127.0.0.1:{port}", "scheme": "http"}
-            fs.S3FileSystem(allow_bucket_creation=True, **options).create_dir("bucket")
-            yield f"http://127.0.0.1:{port}"
-        finally:
-            process.terminate()
-            process.wait()
-
-
-def _answers(port):
-    with socket.socket() as tried:
-        return tried.connect_ex(("127.0.0.1", port)) == 0
+    """Run the server, and yield its address."""
+    with object_store() as address:
+        yield address
 
 
 def recordings(count=40):

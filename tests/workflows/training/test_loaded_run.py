@@ -1,8 +1,11 @@
 """Loaded runs: the trained model again, or refused in one line."""
 
+import shutil
+
 import numpy as np
 import pytest
 
+from tactogram.cli import main
 from tactogram.errors import RunError
 from tactogram.workflows.recognition.search import search
 from tactogram.workflows.training.hub_folder import export_run, import_run
@@ -42,3 +45,26 @@ def test_a_folder_comes_before_the_model_of_its_name(tmp_path, monkeypatch):
     (tmp_path / "texture_flow").mkdir()
     with pytest.raises(RunError, match="not a run"):
         load_run("texture_flow")
+
+
+@pytest.mark.parametrize(
+    ("model", "gone"),
+    [
+        ("ultrasonic_cgan", "discriminator"),
+        ("ultrasonic_cgan", "fakes_scored_as"),
+        ("tactile_image_cgan", "label_input"),
+        ("tactile_image_cgan", "regression_weight"),
+        ("tactile_image_cgan", "fake_scores"),
+    ],
+)
+def test_a_run_with_an_option_that_its_model_no_longer_has_says_what_to_do(
+    run, model, gone, tmp_path, capsys
+):
+    old = tmp_path / "old"
+    shutil.copytree(run.folder, old)
+    recipe = (old / "recipe.toml").read_text().partition("[config]")[0].replace("stroke_cnn", model)
+    (old / "recipe.toml").write_text(f'{recipe}[config]\n{gone} = "x"\n')
+    assert main(["generate", str(old), "--words", "rough=6", "--out", str(tmp_path / "made")]) == 1
+    said = f"{old}: config of {model}: unknown key '{gone}'; train it again, or use the tactogram that trained it"
+    assert capsys.readouterr().err == f"tactogram: {said}\n"
+    assert not (tmp_path / "made").exists()

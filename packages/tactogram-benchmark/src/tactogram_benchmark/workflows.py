@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.parameters import Count, Positive, checked
+from tactogram.parameters import Count, Positive, checked, shares_out
 
 if TYPE_CHECKING:
     from tactogram.workflows import ProgressCallback
@@ -59,6 +59,7 @@ def list_tasks(
 
 
 @checked
+@shares_out
 def run_benchmark(
     names: Sequence[str] = (),
     *,

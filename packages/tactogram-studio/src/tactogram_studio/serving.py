@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from tactogram.cli.printing import Printer, lines_of
 from tactogram.errors import ParameterError
-from tactogram.parameters import Settings, checked
+from tactogram.parameters import Settings, checked, shares_out
 
 if TYPE_CHECKING:
     from tactogram_studio.application import ServerAnnouncement
@@ -76,6 +76,7 @@ def studio(
 
 
 @checked
+@shares_out
 def run_study(
     study: str,
     *,

@@ -78,6 +78,7 @@ def test_a_row_with_broken_json_is_lost_alone(whole, damaged):
 DAMAGE = {
     "header": ((lambda data: b"\0" * 100 + data[100:]), ()),
     "truncated": ((lambda data: data[: len(data) // 2]), ()),
+    "names": ((lambda data: data.replace(b"pagespages\x05CREATE", b"p\x83gespages\x05CREATX")), ()),
     "study": (None, ["UPDATE study SET facts = '{\"name\": '"]),
     "no study": (None, ["DELETE FROM study"]),
     "row": (None, ["UPDATE answers SET row = '[1]' WHERE rowid = 9"]),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tactogram.datasets.store.layout import FACTS, StoreInfo
 from tactogram.errors import DataError, Remedy, RunError
-from tactogram.signal.io.atomic import host_name, is_running, to_disk
+from tactogram.signal.io.atomic import clear_parts, host_name, is_running, sole_writer, to_disk
 
 
 def part_folder(path: Path) -> Path:
@@ -64,6 +64,7 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
     ``shard-*.parquet`` are again the store's content. Files of running processes stay; so do those noted under this
     process's number unless they are its ``own``, left by an earlier process of that number.
     """
+    clear_parts(path)
     removed = []
     for noted in sorted(path.glob(f"adding-{host_name()}-*.txt")):
         process = noted.stem.rpartition("-")[2]
@@ -72,8 +73,7 @@ def clear_unfinished(path: Path, *, own: bool = True) -> list[str]:
         if not own if int(process) == os.getpid() else is_running(int(process)):
             continue
         facts = StoreInfo.load(path)
-        named = {stored.file for stored in (*facts.shards, *facts.images)} | {facts.ids, FACTS}
-        named |= {facts.ratings.file} if facts.ratings is not None else set()
+        named = {stored.file for stored in facts.files} | {facts.ids, FACTS}
         with suppress(FileNotFoundError):  # another process may clear them, too
             for name in noted.read_text(encoding="utf-8").split():
                 if name not in named and (path / name).exists():
@@ -89,19 +89,19 @@ def new_folder(target: Path) -> Iterator[Path]:
 
     Raises `RunError` if ``target`` exists.
     """
-    if target.exists():
-        raise RunError(target, "exists already", remedy=Remedy("choose another", "out"))
-    target.parent.mkdir(parents=True, exist_ok=True)
-    clear_stale_parts(target)
     part = part_folder(target)
-    shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
-    part.mkdir(mode=0o700)
-    try:
-        yield part
-        part.chmod(0o755)
-        part.rename(target)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+    with sole_writer(target):
+        if target.exists():
+            raise RunError(target, "exists already", remedy=Remedy("choose another", "out"))
+        clear_stale_parts(target)
+        shutil.rmtree(part, ignore_errors=True)  # of a killed process with the same number
+        part.mkdir(0o700, parents=True)
+        try:
+            yield part
+            part.chmod(0o755)
+            part.rename(target)
+        finally:
+            shutil.rmtree(part, ignore_errors=True)
 
 
 class StagedFiles:
@@ -142,12 +142,13 @@ class StagedFiles:
         """Synchronise all files and their folder to the disk, if they are to survive a power cut."""
         to_disk(*(path for path in (*self._written, self.folder) if self.durable and path.exists()))
 
-    def remove(self) -> None:
-        """Remove all files, and the folder if it is not a store yet."""
+    def remove(self, *, but: str) -> None:
+        """Remove all files ``but`` the current list of ids, and the folder if it is not a store yet."""
         if not self.adding:
             shutil.rmtree(self.folder, ignore_errors=True)
         for path in self._written:
-            path.unlink(missing_ok=True)
+            if path.name != but:
+                path.unlink(missing_ok=True)
 
     def forget_notes(self) -> None:
         """Remove the list of pending files once they are complete or removed."""

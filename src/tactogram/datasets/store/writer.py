@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Self
@@ -85,7 +86,7 @@ class StoreWriter:
         self._shards.abandon()
         self._pictures.abandon()
         if not self._done and self.facts.unfinished is None:
-            self._files.remove()
+            self._files.remove(but=self.facts.ids)
         if error is None or not self._done:  # otherwise earlier files may be left, which the notes name
             self._files.forget_notes()
 
@@ -211,10 +212,11 @@ class StoreWriter:
             earlier, self.facts, self._done = self.facts, facts, self.store_so_far is not None
             if self._files.durable:
                 to_disk(self.folder)
-        if earlier.ids not in ("", ids_file):
-            (self.folder / earlier.ids).unlink(missing_ok=True)
-        if earlier.ratings is not None and earlier.ratings != rated:
-            (self.folder / earlier.ratings.file).unlink(missing_ok=True)
+        old = {earlier.ids, earlier.ratings.file if earlier.ratings else ""}
+        new = {ids_file, rated.file if rated else ""}
+        for name in old - new - {""}:
+            with suppress(OSError):  # such as of a folder in its place
+                (self.folder / name).unlink()
         return facts
 
     def publish(self, path: Path) -> StoreInfo:
@@ -242,7 +244,7 @@ class StoreWriter:
 
     def _save_ids(self, ids: np.ndarray, path: Path) -> None:
         with atomic_write(path) as part:
-            self._files.begin(part, path)
+            self._files.begin(path)
             # The current list, too: it is removed last, and a kill may come before that.
             self._files.note(self.folder / self.facts.ids)
             np.save(part, ids, allow_pickle=False)

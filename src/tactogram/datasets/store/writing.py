@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import Any
 
 import pyarrow.fs as fs
 
@@ -29,6 +30,7 @@ from tactogram.datasets.store.store import Store, open_store
 from tactogram.datasets.store.writer import StoreWriter
 from tactogram.errors import DataError, ParameterError
 from tactogram.signal import Image
+from tactogram.signal.io.atomic import sole_writer
 from tactogram.text_files import check_regular
 
 ATTEMPTS = 20
@@ -68,7 +70,8 @@ def create_store(
     """
     path = Path(path)
     check_new(path)
-    with new_store(path, name=name, licence=licence, source=source, simulated=simulated) as writer:
+    facts: dict[str, Any] = {"name": name, "licence": licence, "source": source}
+    with sole_writer(path), new_store(path, **facts, simulated=simulated) as writer:
         for recording in recordings:
             writer.add(recording)
         for material, image in photographs:

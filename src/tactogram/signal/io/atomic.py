@@ -11,9 +11,13 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from contextvars import ContextVar
 from pathlib import Path
 
 from tactogram.errors import ParameterError
+
+_OWN: ContextVar[frozenset[str]] = ContextVar("own", default=frozenset())
+"""Places of which this thread is the `sole_writer`."""
 
 
 @contextmanager
@@ -105,14 +109,19 @@ def check_writable(path: Path, *, folder: bool = False) -> None:
 def sole_writer(path: Path) -> Iterator[None]:
     """Refuse to write to ``path`` while another process of this user and machine does, with a `ParameterError`.
 
-    However that process ends, the system unlocks the place, and the next writer clears it (`clear_parts`).
+    What its block calls may write there, and so may the further processes of a training on several devices. However
+    that process ends, the system unlocks the place, and the next writer clears it (`clear_parts`).
     """
     place = hashlib.sha256(os.fsencode(os.path.realpath(path))).hexdigest()[:16]
+    if place in (own := _OWN.get()) or os.environ.get("LOCAL_RANK", "0") != "0":
+        yield
+        return
     note = Path(tempfile.gettempdir()) / f"tactogram-writer-{place}"
     with ExitStack() as stack:
         with suppress(OSError):
             held = stack.enter_context(note.open("a+"))
-            if not lock(held.fileno()):
+            # A note without a name was that of a writer that ended since it was opened; there may be another.
+            if not lock(held.fileno()) or not os.fstat(held.fileno()).st_nlink:
                 held.seek(0)
                 who = held.read() or "another process"
                 raise ParameterError(f"{path}: {who} writes it at present; wait for it, or stop it first")
@@ -122,6 +131,8 @@ def sole_writer(path: Path) -> Iterator[None]:
             held.write(f"process {os.getpid()}")
             held.flush()
             clear_parts(path)
+        stack.callback(_OWN.set, own)
+        _OWN.set(own | {place})
         yield
 
 

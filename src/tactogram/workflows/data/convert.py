@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from tactogram.errors import DataError, ParameterError, Remedy, TactogramError
 from tactogram.parameters import Count, Parameter, Positive, checked, parameters
+from tactogram.signal.io.atomic import check_writable, sole_writer
 from tactogram.workflows.progress import ProgressCallback, silent
 
 READING = ("unit", "rate", "axes", "time", "sheet", "part")
@@ -138,14 +139,7 @@ def convert(
     from tactogram.signal.io import write_signal
     from tactogram.workflows.data.sources import read_source, target_format
 
-    reading: dict[str, Any] = {
-        "unit": unit,
-        "rate": rate,
-        "axes": axes,
-        "time": time,
-        "sheet": sheet,
-        "part": part,
-    }
+    reading = {name: options[name] for name in READING}
     source = Path(source)
     if check:
         if target is not None:
@@ -159,7 +153,8 @@ def convert(
     if source.is_dir():
         if format is None:
             raise ParameterError("a folder needs a format", remedy=Remedy("give", "format"))
-        return _convert_folder(**options)
+        with sole_writer(target):
+            return _convert_folder(**options)
     designed = source.suffix.lower() in haptic_suffixes()  # with what a format of ours cannot keep
     if designed and source.exists() and target.exists() and source.samefile(target):
         raise ParameterError(f"{target} would overwrite its source; choose another target")
@@ -223,7 +218,6 @@ def _convert_folder(
     """Convert every readable file of a folder to the same name in another, with the suffix of ``format``."""
     from tactogram.rendering.files.catalogue import haptic_suffixes
     from tactogram.signal.io import READABLE
-    from tactogram.signal.io.atomic import check_writable
     from tactogram.workflows.data.sources import suffix_of
 
     source, target = Path(source), Path(target)

@@ -14,6 +14,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 from tactogram.datasets.examples import cores
 from tactogram.errors import DataError, ParameterError, TactogramError
 from tactogram.model import check_options, condition_options
+from tactogram.parameters import checked
 from tactogram.recipe import run_id
 from tactogram.signal.io.atomic import check_writable, write_text
 from tactogram.text_files import read_table, read_toml
@@ -130,6 +131,7 @@ class _Chunk:
         return first if len(self.rows) == 1 else f"{first} to {last}"
 
 
+@checked
 def generate_many(
     run: Path | str,
     conditions: Path | str,

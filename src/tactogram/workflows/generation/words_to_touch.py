@@ -11,6 +11,7 @@ from typing import Any
 from tactogram.datasets.ratings.ratings import SEVEN_POINT
 from tactogram.errors import ParameterError
 from tactogram.model import SignalKind
+from tactogram.parameters import checked
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal
 from tactogram.signal.io.atomic import write_text
@@ -32,6 +33,7 @@ NAMES = {"image": "image.png", "signal": "vibration.wav"}
 CALLED = {"image": "image", "signal": "vibration"}
 
 
+@checked
 def generate_from_words(
     runs: Sequence[Path | str | LoadedRun],
     out: Path,

@@ -161,7 +161,7 @@ def load_run(folder: Path | str, *, device: str = "cpu", model_folders: Sequence
     run = open_run(models.shipped_run(str(folder)) or folder)
     kind, recipe = run.kind(), run.recipe
     facts = model_of(run, model_folders).of(images=isinstance(kind, ImageKind))
-    model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed, device=device)
+    model = facts.build(facts.config(recipe.config, run=run.folder), kind, seed=recipe.seed, device=device)
     state, _ = load_state(run.folder / "model.safetensors")
     try:
         model.load_state(state)

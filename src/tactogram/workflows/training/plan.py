@@ -147,9 +147,8 @@ def plan_of(run: Run, *, data: Path | str | None = None, model_folders: Sequence
     folders = (*model_folders, *(Path(kept) for kept in begun.get("model_folders", ())))
     facts = models.find(recipe.model, folders).of(images=not len(store))
     rated = None if facts.learns_from == "recordings" else RatingData(store, facts.learns_from)
-    return TrainingPlan(
-        store, facts, recipe, facts.config(recipe.config), parts, rated, begun["label"], folders
-    )
+    config = facts.config(recipe.config, run=run.folder)
+    return TrainingPlan(store, facts, recipe, config, parts, rated, begun["label"], folders)
 
 
 def make_split(index: Sequence[RecordingInfo], *, split: str, by: By, seed: int, label: Label) -> Split:

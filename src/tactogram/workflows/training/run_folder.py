@@ -8,7 +8,7 @@ from typing import Any
 from tactogram.errors import Remedy, RunError
 from tactogram.training.run import Run
 from tactogram.workflows.training.plan import TrainingPlan
-from tactogram.workflows.training.run_lock import check_idle
+from tactogram.workflows.training.run_lock import is_training, taken
 
 BEGUN = ("recipe.toml", "data.json", "environment.json", "split.json")
 """Files of a run before its first step; the recipe, which makes it a run, first."""
@@ -28,7 +28,8 @@ def claim_run(run: Run, identity: str, resume: bool) -> None:
             "was begun with another recipe, split or data",
             remedy=(Remedy("resume with the same ones"), Remedy("choose another", "out")),
         )
-    check_idle(run.folder)
+    if is_training(run.folder):  # before anything is prepared
+        raise taken(run.folder)
 
 
 def begin(run: Run, plan: TrainingPlan) -> None:

@@ -31,21 +31,9 @@ def run_lock(folder: Path) -> Iterator[None]:
             if lock(file.fileno()):
                 break
             if not left:
-                raise _taken(folder)
+                raise taken(folder)
             time.sleep(BETWEEN_S)
         yield
-
-
-def check_idle(folder: Path) -> None:
-    """Refuse a run's folder in which another process trains, as `run_lock` does, before anything is prepared.
-
-    Raises
-    ------
-    RunError
-        If another process trains there.
-    """
-    if is_training(folder):
-        raise _taken(folder)
 
 
 def is_training(folder: Path) -> bool:
@@ -57,5 +45,6 @@ def is_training(folder: Path) -> bool:
         return False
 
 
-def _taken(folder: Path) -> RunError:
+def taken(folder: Path) -> RunError:
+    """Return the error for a run's folder in which another process trains."""
     return RunError(f"{folder}: another process trains here at present; wait for it, or stop it first")

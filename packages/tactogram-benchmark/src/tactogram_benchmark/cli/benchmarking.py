@@ -73,7 +73,6 @@ VERBS = {
         _run,
         folders=("models", *PLACES),
         status=lambda report: 0 if report["complete"] else 1,
-        shared=True,
     ),
     "benchmark table": Verb(f"{WORKFLOWS}:rank_results", lambda result: result["text"], folders=("tasks",)),
     "benchmark check": Verb(f"{WORKFLOWS}:check_file", lines_of, folders=("tasks",)),

@@ -11,7 +11,7 @@ from itertools import chain, groupby, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from tactogram.errors import DataError, TactogramError
+from tactogram.errors import TactogramError
 from tactogram.parameters import Count, Positive, checked
 from tactogram.workflows import ProgressCallback, silent
 
@@ -150,9 +150,8 @@ def simulate_to_store(
         for material, image in chain(shown, rated.photographs if rated else ()):
             writer.add_photograph(image, material)
         writer.ratings = rated.ratings if rated else None
-        _cues_file(out).unlink(
-            missing_ok=True
-        )  # first: a simulation that is repeated is refused once there is a store
+        # First: a simulation that is repeated is refused once there is a store.
+        _cues_file(out).unlink(missing_ok=True)
         writer.publish(out)
     store = open_store(out)
     report = {
@@ -181,13 +180,9 @@ def _rated(
     function: Callable[[Surface], TouchCues], surfaces: list[Surface], out: Path, job: str, work: _Work
 ) -> Iterator[TouchCues]:
     """Yield the cues of each surface; each is kept in a line of a file, so that a killed simulation goes on."""
-    from tactogram.signal.io import lock
-
     file = _cues_file(out)
     file.parent.mkdir(parents=True, exist_ok=True)
     with file.open("a+", encoding="utf-8", buffering=1) as lines:
-        if not lock(lines.fileno()):
-            raise DataError(out, "another process simulates it at present; wait for it, or stop it first")
         kept = _kept_cues(file, job)
         lines.truncate(0)
         lines.writelines(f"{json.dumps(line)}\n" for line in [{"job": job}, *map(asdict, kept)])

@@ -12,9 +12,7 @@ def _touch_text(result: dict[str, Any]) -> str:
 
 VERBS = {
     "studio": Verb("tactogram_studio.serving:studio", str, folders=("models", "designs", "languages")),
-    "study run": Verb(
-        "tactogram_studio.serving:run_study", str, folders=("designs", "languages"), shared=True
-    ),
+    "study run": Verb("tactogram_studio.serving:run_study", str, folders=("designs", "languages")),
     "touch": Verb(
         "tactogram_studio.touch.export:touch",
         _touch_text,

@@ -49,7 +49,7 @@ def load_unfinished(folder: Path | str) -> LoadedRun:
     else:
         rated = RatingData(store, facts.learns_from)
         kind = rated.kind(rated.examples(split, "train", recipe.prepare))
-    model = facts.build(facts.config(recipe.config), kind, seed=recipe.seed)
+    model = facts.build(facts.config(recipe.config, run=run.folder), kind, seed=recipe.seed)
     state, _ = load_state(path)
     model.load_state(state)
     return LoadedRun(run, facts, recipe, kind, model)

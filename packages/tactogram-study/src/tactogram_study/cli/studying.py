@@ -106,7 +106,7 @@ VERBS = {
     "study languages": Verb(f"{STUDIES}:list_languages", _languages, folders=("languages",)),
     "study copy": Verb(f"{STUDIES}:copy_study", lines_of, folders=FOLDERS),
     "study check": Verb(f"{STUDIES}:check_study", _check, _limited, FOLDERS),
-    "study simulate": Verb(f"{SESSIONS}:simulate_study", _simulated, folders=FOLDERS, shared=True),
+    "study simulate": Verb(f"{SESSIONS}:simulate_study", _simulated, folders=FOLDERS),
     "study export": Verb(f"{WORKFLOWS}.answers:export_study", lines_of, _lost, FOLDERS),
     "study withdraw": Verb(f"{SESSIONS}:withdraw", _withdrawn, folders=FOLDERS),
     "study progress": Verb(f"{SESSIONS}:session_progress", _progress, folders=FOLDERS),

@@ -195,7 +195,7 @@ class SessionFile:
         """Turn the errors of a damaged file into one that names the session."""
         try:
             yield
-        except UnreadableRowError as error:
+        except (UnreadableRowError, UnicodeDecodeError) as error:  # SQLite's messages quote the file
             raise DamagedSessionError(self.path.parent, error) from error
         except sqlite3.Error as error:
             if not is_damage(error):

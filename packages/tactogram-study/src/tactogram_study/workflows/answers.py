@@ -197,20 +197,20 @@ def salvage_session(folder: Path) -> SalvagedSession:
                 shutil.copyfile(f"{path}{suffix}", f"{copy}{suffix}")
         with closing(sqlite3.connect(copy, isolation_level=None)) as rows:
             rows.text_factory = bytes
-            with suppress(sqlite3.Error):
+            with suppress(sqlite3.Error, UnicodeDecodeError):
                 rows.execute("PRAGMA writable_schema=ON")  # else a file that was cut short is not read at all
             stored: dict[int, bytes] = {}
             for order in ("ASC", "DESC"):
-                with suppress(sqlite3.Error):
+                with suppress(sqlite3.Error, UnicodeDecodeError):
                     stored |= rows.execute(f"SELECT rowid, row FROM answers ORDER BY rowid {order}")
             answers = []
             for _, text in sorted(stored.items()):
                 with suppress(UnreadableRowError):
                     answers.append(parse_answer(text))
             expected, study = len(stored), None
-            with suppress(sqlite3.Error):
+            with suppress(sqlite3.Error, UnicodeDecodeError):
                 expected = max(expected, *rows.execute("SELECT count(*) FROM answers").fetchone())
-            with suppress(sqlite3.Error, TactogramError, TypeError):
+            with suppress(sqlite3.Error, UnicodeDecodeError, TactogramError, TypeError):
                 [facts] = rows.execute("SELECT facts FROM study").fetchone()
                 study = Study.of(parse_object(facts))
     if not answers:

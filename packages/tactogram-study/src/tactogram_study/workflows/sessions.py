@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError, ParameterError
-from tactogram.parameters import Count, checked
+from tactogram.parameters import Count, checked, shares_out
 from tactogram.signal.io import write_text
 from tactogram.text_files import read_json
 from tactogram.validation import validated
@@ -200,6 +200,7 @@ SIMULATED = "-simulated"
 
 
 @checked
+@shares_out
 def simulate_study(
     study: Path | str,
     out: Path | str,
