@@ -34,7 +34,9 @@ ACTIVITIES = {"evaluate": "Evaluating", "simulate": "Simulating", "import": "Imp
 
 def badge(state: str) -> None:
     """Draw a state."""
-    shown = ui.badge(state, color=COLOURS[state]).classes("text-sm q-px-sm q-py-xs")
+    shown = ui.badge(state, color=COLOURS[state], outline=state == "finished").classes(
+        "text-sm q-px-sm q-py-xs"
+    )
     shown.props["data-state"] = state
 
 

@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from nicegui import app, ui
 
+from tactogram.errors import TactogramError
 from tactogram.rendering import WIDTH_MM, effects
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -37,6 +38,13 @@ DOORS = {
 """Addresses and texts of the first steps, by what one wants to do."""
 
 
+def refusal_text(error: Exception) -> str:
+    """Return why words are refused, as a sentence about them."""
+    if isinstance(error, TactogramError):
+        return error.message.in_words(str, {"text": "The words"})
+    return str(error)
+
+
 def draw_first_touch(studio: Studio) -> None:
     """Draw the card: a text becomes materials of the page Make or an effect of Edit, a photograph one of Touch."""
     runs = GeneratingRuns(studio.workspace)
@@ -48,9 +56,11 @@ def draw_first_touch(studio: Studio) -> None:
             field.run_method("focus")
             return
         offer.clear()
-        with kit.busy(f"Making {text} …"):
+        with kit.busy(f"Making {text} …"), kit.refusals(refusal, refusal_text):
             if not (understood := understood_of(text, materials)).effect:
                 described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+        if refusal.text:
+            return
         if understood.effect and not understood.unknown:
             open_effect(studio.workspace, understood.effect, text)
             return
@@ -81,6 +91,7 @@ def draw_first_touch(studio: Studio) -> None:
             )
             field.classes("grow").props('data-first="1"', remove="dense").on("keydown.enter", make)
             ui.button("Make it", on_click=make).props("no-wrap").classes("first-button")
+        refusal = kit.alert()
         offer = ui.row().classes("items-center")
         kit.hint(
             f"{len(materials)} simulated everyday materials, mixes of them, and {len(effects())} ready effects, "

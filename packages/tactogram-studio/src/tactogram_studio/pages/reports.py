@@ -39,6 +39,8 @@ COLUMNS = (
 )
 """Of the published figures."""
 TABS = {"reports": "Reports", "published": "Published and ours"}
+FIRST_ROWS = 30
+"""Published figures that are shown at once."""
 
 
 def add(studio: Studio) -> None:
@@ -56,7 +58,7 @@ def add(studio: Studio) -> None:
     def show(of: str = "", tab: str = "reports", q: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
-        with kit.page("Reports", wide=True) as dark:
+        with kit.page("Reports") as dark:
             with ui.tabs().classes("w-full") as tabs:
                 panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
             first = panels.get(tab, panels["reports"])
@@ -175,7 +177,10 @@ class PublishedPanel:
             self._words = ui.input("Search", value=query["q"], placeholder="model, measure, data …")
             self._words.classes("w-80").props('clearable type="search" debounce="200"')
             self._words.on_value_change(self._search)
-            self._count = kit.hint("").props('role="status"')
+            with ui.row().classes("items-center gap-4"):
+                self._count = kit.hint("").props('role="status"')
+                self._all = ui.button("Show all", on_click=lambda: self._show(len(self.rows)))
+                self._all.props("flat dense")
             columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
             self._table = ui.table(columns=columns, rows=[], row_key="id").classes("w-full published")
             self._table.props("flat wrap-cells")
@@ -185,6 +190,9 @@ class PublishedPanel:
         self.keep(q=self._words.value or "")
         self._show()
 
-    def _show(self) -> None:
-        self._table.rows = published_cells(self.rows, str(self._words.value or ""))
-        self._count.text = f"{len(self._table.rows)} of {len(self.rows)} figures"
+    def _show(self, most: int = FIRST_ROWS) -> None:
+        found = published_cells(self.rows, str(self._words.value or ""))
+        self._table.rows = found[:most]
+        self._count.text = f"{len(found)} of {len(self.rows)} figures"
+        self._count.text += f", the first {most} shown" if len(found) > most else ""
+        self._all.set_visibility(len(found) > most)

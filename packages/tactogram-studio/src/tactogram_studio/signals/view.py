@@ -198,7 +198,7 @@ def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str
     level = (
         f"normalised to a peak of {NORMAL_PEAK:g} of full scale"
         if gain is None
-        else f"{gain:.3g} of full scale per {unit.replace('no unit', '1')}, like the others"
+        else f"{gain:.3g} of full scale{'' if unit == 'no unit' else f' per {unit}'}, like the others"
     )
     if shown.traits.domain != "time":
         level += f", played at {PLAYBACK_MM_S:g} mm/s"

@@ -224,7 +224,7 @@ def add(studio: Studio) -> None:
     def show(effect: str = "", of: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/edit.css">')
         load_player()
-        with kit.page("Edit", wide=True):
+        with kit.page("Edit"):
             EditPage(studio, saved, files, keys, effect, of)
         ui.add_body_html('<script type="module" src="/static/edit.js"></script>')
 

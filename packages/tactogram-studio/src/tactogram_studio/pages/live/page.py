@@ -193,7 +193,9 @@ class LivePage:
                 with ui.column().classes("gap-0"):
                     state = ui.label().classes("h2").props('role="status"')
                     state.bind_text_from(runner, "state", STATES.__getitem__)
-                    if runner.request is not None:
+                    if runner.request is None:
+                        kit.hint("Listen to a source, or record a session of takes.")
+                    else:
                         with ui.row().classes("items-center gap-2"):
                             kit.hint(self._relative(runner.request.source))
                             if runner.request.source.startswith(("simulated:", "played:")):

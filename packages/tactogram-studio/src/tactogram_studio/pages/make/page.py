@@ -39,7 +39,7 @@ def add(studio: Studio) -> None:
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
             state.choose(run)
-        with kit.page("Make", wide=True):
+        with kit.page("Make"):
             kit.keep_address("/make", key=storage.key)
             ui.add_head_html(HEAD)
             signal_view.load_player()

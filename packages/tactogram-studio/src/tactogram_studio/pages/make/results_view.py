@@ -198,7 +198,7 @@ def _draw_class(state: MakePageState, result: KeptResult) -> None:
             if classifier is None:
                 return
             prediction = await kit.in_background(lambda: runs.classify(classifier, result.signal()))
-            closest = f"{prediction['material']}, {prediction['probability']:.0%}"
+            closest = f"{prediction['material']}, {100 * prediction['probability']:.0f} %"
             verdict = f"none of these (closest: {closest})" if prediction["none_of_these"] else closest
             text = f"Classified as {verdict} by {classifier.name}"
         except TactogramError as error:

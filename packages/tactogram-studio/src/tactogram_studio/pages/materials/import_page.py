@@ -125,7 +125,9 @@ class ImportPage:
                     "w-48"
                 )
                 mapping.on_value_change(lambda event: self._use_mapping(event.value))
-            more = ui.input("What no file says", value=self.values["options"], placeholder="unit=g rate=1000")
+            more = ui.input(
+                "Not stated in the files", value=self.values["options"], placeholder="unit=g rate=1000"
+            )
             more.props("debounce=700").classes("w-60")
             more.on_value_change(lambda event: self.change(options=event.value or ""))
             if self.received.contains(self.settings.path):

@@ -14,6 +14,7 @@ from starlette.responses import FileResponse, Response
 from tactogram.errors import DataError, TactogramError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.layout import without_folder
 from tactogram_studio.pages.studies.catalogue import pairs_of
 from tactogram_studio.pages.studies.joining import JoinCard
 from tactogram_studio.server.guard import REPORT_POLICY
@@ -50,10 +51,13 @@ def add(studio: Studio) -> None:
             opened = studio.sessions.open(Path(folder_of(session)))
         except TactogramError as error:
             with kit.page("Experiment", navigation=navigation):
-                kit.alert(str(error))
-            return
+                if navigation:
+                    ui.link("All studies", "/studies").classes("small")
+                raise DataError(without_folder(error, studio.workspace.folder)) from error
         with kit.page(opened.study.title.in_english(), navigation=navigation):
             ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
+            if navigation:
+                ui.link("All studies", "/studies").classes("small")
             await ExperimenterPage(studio, opened, session, str(request.base_url).rstrip("/")).draw()
 
     @app.get("/experiment/{session}/report.html")

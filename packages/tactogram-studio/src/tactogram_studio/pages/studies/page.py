@@ -61,14 +61,12 @@ class StudiesPage:
         self._sessions(sessions)
         own = [study for study in studies if not study.shipped]
         with ui.element("section").classes("w-full stack"):
-            with ui.row().classes("items-center justify-between w-full"):
-                kit.heading("Study files of this workspace")
-                field = kit.file_field("Add a study file (TOML)", self._upload, accept=[".toml"])
-                field.classes(remove="w-full")
+            kit.heading("Study files of this workspace")
             if own:
                 self._cards(own)
             else:
                 ui.label("None yet: make your own from a design below, or add a file.").classes("quiet")
+            kit.file_field("Add a study file (TOML)", self._upload, accept=[".toml"])
             kit.heading("Designs")
             self._cards([study for study in studies if study.shipped])
         power()
@@ -83,22 +81,23 @@ class StudiesPage:
 
     def _card(self, study: StudyEntry) -> None:
         kit.heading(study.title)
-        kit.hint(study.name)
         if study.error:
+            kit.hint(study.name)
             kit.alert(study.error)
             return
         ui.label(study.question_text)
-        kit.hint(study.line)
-        if study.facts["source"]:
-            kit.hint(f"Reproduces: {study.facts['source']}")
+        kit.hint(study.size)
         kit.mark_simulated(study.facts["simulated_stimuli"], "simulated stimuli")
+        with ui.expansion("Details").classes("w-full"):
+            for line in study.details:
+                kit.hint(line)
         with ui.row().classes("gap-2 foot"):
-            begin = ui.button("Begin a session", on_click=lambda: self._begin(study))
+            begin = ui.button("Begin", on_click=lambda: self._begin(study)).props("dense")
             begin.props(f'aria-label="Begin a session of {kit.attribute(study.name)}"')
-            check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
-            check.props(f'aria-label="Check {kit.attribute(study.name)}: make and render every stimulus"')
-            copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline")
+            copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline dense")
             copy.props(f'aria-label="Make your own from {kit.attribute(study.name)}"')
+            check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("flat dense")
+            check.props(f'aria-label="Check {kit.attribute(study.name)}: make and render every stimulus"')
             if not study.shipped:
                 link = ui.link("Edit", edit_address(study.name))
                 link.props(f'aria-label="Edit {kit.attribute(study.name)}"').classes("self-center")
