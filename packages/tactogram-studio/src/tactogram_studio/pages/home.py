@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from urllib.parse import quote
 
 from nicegui import app, ui
 
-from tactogram.errors import TactogramError
 from tactogram.rendering import WIDTH_MM, effects
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -20,7 +20,6 @@ from tactogram_studio.pages.make.form_view import offer_effect, open_effect, und
 from tactogram_studio.touch.photographs import keep_drawn
 
 SHIPPED = "texture_flow"
-HEAD = '<link rel="stylesheet" href="/static/home.css">'
 PHOTOGRAPHS = "photographs.json"
 """File of a run that was trained with photographs."""
 DOORS = {
@@ -38,17 +37,12 @@ DOORS = {
 """Addresses and texts of the first steps, by what one wants to do."""
 
 
-def refusal_text(error: Exception) -> str:
-    """Return why words are refused, as a sentence about them."""
-    if isinstance(error, TactogramError):
-        return error.message.in_words(str, {"text": "The words"})
-    return str(error)
-
-
 def draw_first_touch(studio: Studio) -> None:
     """Draw the card: a text becomes materials of the page Make or an effect of Edit, a photograph one of Touch."""
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
+
+    refused = partial(kit.in_fields, labels={"text": "The words"})
 
     async def make() -> None:
         text = (field.value or "").strip()
@@ -56,7 +50,7 @@ def draw_first_touch(studio: Studio) -> None:
             field.run_method("focus")
             return
         offer.clear()
-        with kit.busy(f"Making {text} …"), kit.refusals(refusal, refusal_text):
+        with kit.busy(f"Making {text} …"), kit.refusals(refusal, refused):
             if not (understood := understood_of(text, materials)).effect:
                 described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
         if refusal.text:
@@ -140,7 +134,7 @@ def add(studio: Studio) -> None:
         def summary() -> None:
             _draw_summary(studio)
 
-        ui.add_head_html(RECEIVING_HEAD + HEAD)
+        ui.add_head_html(RECEIVING_HEAD)
         with kit.page("What should it feel like?"), drop_zone(whole_page=True):
             draw_first_touch(studio)
             with ui.element("div").classes("doors"):

@@ -11,8 +11,6 @@ from urllib.parse import quote
 from fastapi.responses import FileResponse, HTMLResponse
 from nicegui import app, ui
 
-from tactogram.errors import TactogramError
-from tactogram.text_files import read_json
 from tactogram.workflows import table as published_rows
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -24,7 +22,6 @@ from tactogram_studio.workspace.reports import (
     published_cells,
     readable_file,
     report_files,
-    values_text,
 )
 
 COLUMNS = (
@@ -39,8 +36,6 @@ COLUMNS = (
 )
 """Of the published figures."""
 TABS = {"reports": "Reports", "published": "Published and ours"}
-FIRST_ROWS = 30
-"""Published figures that are shown at once."""
 
 
 def add(studio: Studio) -> None:
@@ -56,8 +51,6 @@ def add(studio: Studio) -> None:
 
     @kit.route("/reports")
     def show(of: str = "", tab: str = "reports", q: str = "") -> None:
-        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
-        ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
         with kit.page("Reports") as dark:
             with ui.tabs().classes("w-full") as tabs:
                 panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
@@ -150,14 +143,9 @@ class ReportsPanel:
         elif file.kind == "figure":
             ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
         else:
-            try:
+            with kit.refusals(kit.alert()):
                 whole = readable_file(self.studio.workspace, file.path)
-                if file.kind == "text":
-                    ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
-                else:
-                    ui.label(values_text(read_json(whole))).classes("code")
-            except (TactogramError, OSError) as error:
-                kit.alert(str(error))
+                ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
 
 
 def _keywords(file: ReportFile) -> str:
@@ -177,10 +165,7 @@ class PublishedPanel:
             self._words = ui.input("Search", value=query["q"], placeholder="model, measure, data …")
             self._words.classes("w-80").props('clearable type="search" debounce="200"')
             self._words.on_value_change(self._search)
-            with ui.row().classes("items-center gap-4"):
-                self._count = kit.hint("").props('role="status"')
-                self._all = ui.button("Show all", on_click=lambda: self._show(len(self.rows)))
-                self._all.props("flat dense")
+            self._count = kit.hint("").props('role="status"')
             columns = [{"name": name, "label": name, "field": name, "align": "left"} for name in COLUMNS]
             self._table = ui.table(columns=columns, rows=[], row_key="id").classes("w-full published")
             self._table.props("flat wrap-cells")
@@ -190,9 +175,6 @@ class PublishedPanel:
         self.keep(q=self._words.value or "")
         self._show()
 
-    def _show(self, most: int = FIRST_ROWS) -> None:
-        found = published_cells(self.rows, str(self._words.value or ""))
-        self._table.rows = found[:most]
-        self._count.text = f"{len(found)} of {len(self.rows)} figures"
-        self._count.text += f", the first {most} shown" if len(found) > most else ""
-        self._all.set_visibility(len(found) > most)
+    def _show(self) -> None:
+        self._table.rows = published_cells(self.rows, str(self._words.value or ""))
+        self._count.text = f"{len(self._table.rows)} of {len(self.rows)} figures"

@@ -186,6 +186,7 @@ def level_text(traits: SignalTraits) -> str:
     per = "Hz" if traits.domain == "time" else "per mm"
     extent = f"{traits.extent:.3g} {'s' if traits.domain == 'time' else 'mm'}"
     axes = f"axes {', '.join(traits.axes)}" if len(traits.axes) > 1 else f"axis {traits.axes[0]}"
+    axes = axes.replace("axis dft321", "axes as one (DFT321)")
     return (
         f"{traits.rms:.3g}{unit}rms · {traits.peak:.3g}{unit}peak{unitless} · "
         f"{extent} at {traits.rate:,.6g} {per} · {axes}"

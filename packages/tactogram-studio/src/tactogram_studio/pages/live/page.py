@@ -54,7 +54,6 @@ def add(studio: Studio) -> None:
 
     @kit.route("/live")
     def show(data: str = "", run: str = "", key: str = "") -> None:
-        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')
         ui.add_body_html('<script type="module" src="/static/live.js"></script>')
         with kit.page("Live"):

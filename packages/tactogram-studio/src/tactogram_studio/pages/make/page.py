@@ -92,18 +92,7 @@ class MakePage:
             text = self.state.command()
         except TactogramError as error:
             text = f"({error})"
-
-        def copy() -> None:
-            ui.clipboard.write(text)
-            ui.notify("Copied.")
-
-        with ui.element("details").classes("command"):
-            with ui.element("summary"):
-                ui.label("Equivalent command").classes("in-line small")
-            kit.hint("Run it in the workspace folder:")
-            with ui.row().classes("w-full items-start no-wrap gap-2"):
-                ui.element("pre").classes("grow").props('tabindex="0"')._text = text
-                ui.button("Copy", on_click=copy).props("flat dense")
+        kit.command_lines([text])
 
     # -- the form's state --------------------------------------------------------------------------------
 

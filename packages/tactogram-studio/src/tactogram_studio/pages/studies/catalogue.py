@@ -128,11 +128,6 @@ def new_session_folder(workspace: Workspace, name: str) -> Path:
     return folder
 
 
-def free_session_name(workspace: Workspace, name: str) -> str:
-    """Return an unused name for a new session's folder, after the study's name."""
-    return free_name(workspace.inside(SESSIONS), name[:36])
-
-
 def analysis_folder(workspace: Workspace, source: Path) -> Path:
     """Return the folder for the analysis of a session or table."""
     if source.is_dir():
@@ -188,7 +183,8 @@ def begin_dialog(studio: Studio, source: Path | str, *, title: str, name: str) -
         ui.navigate.to(address_of(session_folder.as_posix()))
 
     with kit.form_dialog(f"Begin a session: {title}", "Begin", begin, label="Begin a session"):
-        folder = ui.input("Name of the session's folder", value=free_session_name(studio.workspace, name))
+        free = free_name(studio.workspace.inside(SESSIONS), name[:36])
+        folder = ui.input("Name of the session's folder", value=free)
         folder.classes("w-full")
         changes = ui.input("Changes (optional)").props('placeholder="design.repeats=2, seed=7"')
         changes.classes("w-full")

@@ -24,7 +24,6 @@ from tactogram_studio.study_draft.draft import STUDIES, copy_study, free_name
 from tactogram_studio.workspace.session_view import address_of
 from tactogram_studio.workspace.uploads import save_upload
 from tactogram_study.wording import own_name
-from tactogram_study.workflows.studies import check_study
 
 
 def add(studio: Studio) -> None:
@@ -34,7 +33,6 @@ def add(studio: Studio) -> None:
     @kit.route("/studies")
     async def show() -> None:
         with kit.page("Studies"):
-            ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.label(
                 "A study is a file that sets stimuli, their order and the questions. Begin a session of a study, and "
                 "participants take it on this machine or on tablets. Make your own to change texts, words, stimuli and "
@@ -96,8 +94,6 @@ class StudiesPage:
             begin.props(f'aria-label="Begin a session of {kit.attribute(study.name)}"')
             copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline dense")
             copy.props(f'aria-label="Make your own from {kit.attribute(study.name)}"')
-            check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("flat dense")
-            check.props(f'aria-label="Check {kit.attribute(study.name)}: make and render every stimulus"')
             if not study.shipped:
                 link = ui.link("Edit", edit_address(study.name))
                 link.props(f'aria-label="Edit {kit.attribute(study.name)}"').classes("self-center")
@@ -133,12 +129,6 @@ class StudiesPage:
 
     def _begin(self, study: StudyEntry) -> None:
         begin_dialog(self.studio, study.source, title=study.title, name=study.facts["name"])
-
-    async def _check(self, study: StudyEntry, button: ui.button) -> None:
-        with kit.busy(f"making and rendering the stimuli of {study.name}", button=button):
-            facts = await kit.in_background(check_study, study.source, stimuli=True)
-        count = len(facts["rendered"] or {})
-        ui.notify(f"{study.name}: no problems; {count} signals were made and rendered on {facts['display']}")
 
     def _copy(self, study: StudyEntry) -> None:
         async def copy() -> None:
