@@ -42,7 +42,7 @@ def draw_first_touch(studio: Studio) -> None:
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
 
-    refused = partial(kit.in_fields, labels={"text": "The words"})
+    worded = partial(kit.in_fields, labels={"text": "The words"})
 
     async def make() -> None:
         text = (field.value or "").strip()
@@ -50,7 +50,7 @@ def draw_first_touch(studio: Studio) -> None:
             field.run_method("focus")
             return
         offer.clear()
-        with kit.busy(f"Making {text} …"), kit.refusals(refusal, refused):
+        with kit.busy(f"Making {text} …"), kit.refusals(refusal, worded):
             if not (understood := understood_of(text, materials)).effect:
                 described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
         if refusal.text:

@@ -39,4 +39,4 @@ def test_remedies_are_the_fields_of_the_page():
     assert in_fields(known, LABELS) == "a.csv: no rate; give it, e.g. “Rate, Hz”: 1000, or omit “Unit”"
     other = Message("no labels", Remedy("omit the column,", "mapping", "FILE.toml"))
     assert in_fields(other, LABELS) == other == "no labels; omit the column, `mapping=FILE.toml`"
-    assert in_fields("a plain text") == "a plain text"
+    assert in_fields("a plain text", LABELS) == "a plain text"
