@@ -170,7 +170,7 @@ def _pictures(
     description = f"Waveform of {title}: {level_text(traits)}"
     _chart(waveform_options(traits, scales=scales), waveform_height(traits), description)
     _spectrogram(shown, scales, title=title)
-    if others is not None:
+    if others is not None and len(traits.bands[0]) > 1:
         description = f"Spectrum of {title} in third octaves. {traits.note}"
         _chart(spectrum_options(traits, others=others), 200, description)
 

@@ -79,8 +79,9 @@ class StudiesPage:
 
     def _card(self, study: StudyEntry) -> None:
         kit.heading(study.title)
-        if study.error:
+        if not study.shipped:
             kit.hint(study.name)
+        if study.error:
             kit.alert(study.error)
             return
         ui.label(study.question_text)
