@@ -85,7 +85,7 @@ def keep_address(path: str, **query: object) -> None:
 
 
 @contextmanager
-def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator[ui.dark_mode]:
+def page(title: str, *, navigation: bool = True) -> Iterator[ui.dark_mode]:
     """Draw the frame of a page, and give its appearance; what is drawn inside goes into its content column.
 
     A `TactogramError` inside is shown where it happened, and ends the page there.
@@ -106,15 +106,14 @@ def page(title: str, *, wide: bool = False, navigation: bool = True) -> Iterator
         else:
             ui.label("tactogram").classes("brand")
         dark = _appearance()
-    width = "content wide" if wide else "content"
     # Quasar draws the main landmark around it.
-    with ui.element("div").classes(width).props('id="content" tabindex="-1"'):
+    with ui.element("div").classes("content").props('id="content" tabindex="-1"'):
         ui.element("h1").classes("title").props(f'data-title="{attribute(title)}"')._text = title
         with ui.column().classes("w-full gap-4 items-stretch"):
             try:
                 yield dark
             except (TactogramError, OSError) as error:
-                ui.label(str(error)).classes("text-negative").props('role="alert"')
+                ui.label(str(error)).classes("card refused").props('role="alert"')
 
 
 def _appearance() -> ui.dark_mode:

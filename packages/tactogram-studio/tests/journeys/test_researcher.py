@@ -96,7 +96,7 @@ def test_a_zip_of_own_tables_is_dropped_trained_on_and_classifies_a_new_file(pag
     with step("classify a new file"):
         page.get_by_role("button", name="Classify a file").click()
         page.locator("input[type=file]").set_input_files(tmp_path / "new.csv")
-        page.get_by_text("4 s at 1000 Hz, in m/s^2, axes x, y, z").wait_for()
+        page.get_by_text("4 s at 1,000 Hz · axes x, y, z").wait_for()
         page.locator("[data-verdict]").wait_for()
     assert page.locator("[data-verdict]").inner_text() == "Classified as tile"
     assert page.locator(".q-select", has_text="classifier runs/").count()

@@ -57,7 +57,7 @@ def test_a_surface_in_words_is_made_at_once(tab):
     words = tab.get_by_label("A surface or an effect, in English")
     words.fill("xyzzy")
     words.press("Enter")
-    tab.get_by_text("text must name a material or an effect that is known").wait_for()
+    tab.get_by_text("The words must name a material or an effect that is known").wait_for()
     assert words.input_value() == "xyzzy"
     words.fill("wet lego bricks")
     tab.get_by_role("button", name="Make it").click()

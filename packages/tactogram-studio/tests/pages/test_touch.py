@@ -547,6 +547,7 @@ def test_without_a_sound_thread_the_pages_own_makes_the_samples(tab):
     tab.wait_for_function(
         "window.tactogramTouch.report.state === 'slide' && window.tactogramTouch.report.rms > 0.1"
     )
+    tab.get_by_text("Latency", exact=True).click()
     tab.get_by_text("the page's thread").wait_for()
 
 

@@ -15,7 +15,6 @@ from tactogram_studio.workspace.reports import (
     published_cells,
     readable_file,
     report_files,
-    values_text,
 )
 
 
@@ -122,17 +121,6 @@ def test_a_missing_figure_has_no_difference():
     row |= {"model": "m", "what": "w", "published": None, "ours": 1.0, "sd": None, "seeds": 1}
     [cells] = published_cells([row])
     assert (cells["Published"], cells["Difference"]) == ("none\n", "")
-
-
-def test_numbers_are_rounded_and_long_lists_cut():
-    values = json.loads(
-        values_text({"a": [1.23456789, True, None], "long": list(range(100)), "in": {"x": 1}})
-    )
-    assert values == {
-        "a": [1.2346, True, None],
-        "long": [*range(10), "… (100 in all)"],
-        "in": {"x": 1},
-    }
 
 
 def test_importing_the_pages_loads_nothing_that_takes_long():

@@ -104,8 +104,8 @@ def test_names_are_safe_in_any_folder(name, safe):
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
-        ("a.exe", b"MZ", "a.exe: expected a signal in one of .wav, .flac"),
-        ("a", b"x", "a: expected a signal in one of .*, got no suffix"),
+        ("a.exe", b"MZ", "a.exe: expected one of .wav, .flac"),
+        ("a", b"x", "a: expected one of .*, got no suffix"),
         ("a.wav", b"", "a.wav: empty file"),
         (
             "a.wav",
@@ -117,7 +117,7 @@ def test_names_are_safe_in_any_folder(name, safe):
         ("a.csv", b"1,2\n\xff\xfe", "a.csv: no rows of numbers below the heading"),
         ("a.h5", b"MZ\x90\0" * 9, "a.h5: content does not match the suffix"),
         ("a.tdms", b"TDSm but not more", "a.tdms: no samples"),
-        ("a.exe.gz", gzip.compress(b"MZ", mtime=0), "a_exe.gz: expected a signal in one of .wav"),
+        ("a.exe.gz", gzip.compress(b"MZ", mtime=0), "a_exe.gz: expected one of .wav"),
         ("a.csv.gz", b"1,2\n", "a.csv.gz: content does not match the suffix"),
         ("a.npz", b"PK\x03\x04 but not more", "a.npz: truncated or damaged"),
         ("a.xlsx", b"PK\x03\x04 but not more", "a.xlsx: truncated or damaged"),
@@ -216,12 +216,12 @@ def test_a_picture_comes_as_it_would_from_a_file():
         ("a.png", picture_bytes()[:40], "a.png: not a readable picture"),
         ("a.jpg", b"MZ\x90\0" * 20, "a.jpg: not a readable picture: expected one of PNG"),
         ("a.png", b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n", "a.png: not a readable picture"),
-        ("a.svg", b"<svg onload='alert(1)'/>", "a.svg: expected a image in one of .png"),
-        ("a.eps", b"%!PS", "a.eps: expected a image"),
+        ("a.svg", b"<svg onload='alert(1)'/>", "a.svg: expected one of .png"),
+        ("a.eps", b"%!PS", "a.eps: expected one of .png"),
     ],
 )
 def test_what_is_no_picture_is_refused_in_one_sentence(name, data, message):
-    with pytest.raises(TactogramError, match=message.replace("a image", "an? image")) as caught:
+    with pytest.raises(TactogramError, match=message) as caught:
         read_uploaded_image(name, data)
     assert "\n" not in str(caught.value)
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import Any
 
 from nicegui import ui
 
-from tactogram.errors import TactogramError
+from tactogram.errors import Message, Remedy, TactogramError
 from tactogram_studio.layout import attribute
 
 INKS = ("#0b5d66", "#b3541e", "#5b4a9e", "#1e6b34", "#a4262c", "#5a6470", "#8a5a00", "#1f5fa8", "#a1267f")
@@ -80,25 +81,31 @@ def refusals(place: ui.label, wording: Callable[[Exception], str] = str) -> Iter
         place.text = wording(error)
 
 
-def code(text: str = "") -> ui.element:
-    """Draw a command; `set_text` changes it."""
-    element = ui.element("code").classes("small")
-    element.style("overflow-wrap: anywhere; display: block; min-height: 1.2em")
-    element._text = text
-    return element
+def in_fields(
+    error: Exception | str, labels: Mapping[str, str], titles: Mapping[str, str] = MappingProxyType({})
+) -> str:
+    """Return a message with a page's fields instead of arguments: their ``labels``, and the ``titles`` of values."""
+    message = error if isinstance(error, str) else getattr(error, "message", str(error))
+
+    def field(remedy: Remedy) -> str:
+        if remedy.parameter not in labels:
+            return str(remedy)
+        value = "" if remedy.value is None else f": {titles.get(str(remedy.value), remedy.value)}"
+        return f"{remedy.advice} “{labels[remedy.parameter]}”{value}"
+
+    return message.in_words(field, labels) if isinstance(message, Message) else message
 
 
-def set_text(element: ui.element, text: str) -> None:
-    """Change the text of an element that is no label."""
-    element._text = text
-    element.update()
+def code(text: str = "") -> ui.label:
+    """Draw a command."""
+    return ui.label(text).classes("code")
 
 
 def command_lines(commands: Sequence[str]) -> None:
     """Draw the commands that do the same, to be unfolded."""
     with ui.expansion("Equivalent command").classes("w-full"):
         for command in commands:
-            ui.label(command).classes("code")
+            code(command)
 
 
 def icon_button(icon: str, name: str, press: Any) -> ui.button:

@@ -51,10 +51,7 @@ KINDS = {
 """Label and text of an empty list, by kind of signal."""
 TABS, MOST_TABS = "tabs", 5
 """Entry of a page's settings with those of its tabs by key, and how many of them are stored; the oldest are dropped."""
-RECEIVING_HEAD = (
-    '<link rel="stylesheet" href="/static/receive.css">'
-    '<script type="module" src="/static/receive.js"></script>'
-)
+RECEIVING_HEAD = '<script type="module" src="/static/receive.js"></script>'
 FOLDER_INPUT = '<input type="file" hidden data-receive-input="{0}" {1}>'
 
 

@@ -10,7 +10,7 @@ from nicegui import ui
 
 from tactogram.errors import TactogramError
 from tactogram.training import duration_text
-from tactogram_studio.kit.cards import alert, card, code, heading, refusals, set_text
+from tactogram_studio.kit.cards import alert, card, code, heading, refusals
 from tactogram_studio.layout import in_background
 from tactogram_studio.tasks.log import time_left
 from tactogram_studio.tasks.queue import Kind, StudioTask, TaskQueue, TaskStatus
@@ -34,7 +34,9 @@ ACTIVITIES = {"evaluate": "Evaluating", "simulate": "Simulating", "import": "Imp
 
 def badge(state: str) -> None:
     """Draw a state."""
-    shown = ui.badge(state, color=COLOURS[state]).classes("text-sm q-px-sm q-py-xs")
+    shown = ui.badge(state, color=COLOURS[state], outline=state == "finished").classes(
+        "text-sm q-px-sm q-py-xs"
+    )
     shown.props["data-state"] = state
 
 
@@ -79,10 +81,9 @@ class TaskStart:
     def show(self) -> None:
         """Show the command that the form stands for, if it is complete."""
         try:
-            text = command_line(self._arguments())
+            self._command.text = command_line(self._arguments())
         except (TactogramError, ValueError):
-            text = ""
-        set_text(self._command, text)
+            self._command.text = ""
 
     async def _begin(self) -> None:
         with refusals(self._refusal):

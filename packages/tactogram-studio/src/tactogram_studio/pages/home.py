@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from urllib.parse import quote
 
 from nicegui import app, ui
@@ -19,7 +20,6 @@ from tactogram_studio.pages.make.form_view import offer_effect, open_effect, und
 from tactogram_studio.touch.photographs import keep_drawn
 
 SHIPPED = "texture_flow"
-HEAD = '<link rel="stylesheet" href="/static/home.css">'
 PHOTOGRAPHS = "photographs.json"
 """File of a run that was trained with photographs."""
 DOORS = {
@@ -42,15 +42,19 @@ def draw_first_touch(studio: Studio) -> None:
     runs = GeneratingRuns(studio.workspace)
     materials = runs.get(SHIPPED).kind.materials
 
+    worded = partial(kit.in_fields, labels={"text": "The words"})
+
     async def make() -> None:
         text = (field.value or "").strip()
         if not text:
             field.run_method("focus")
             return
         offer.clear()
-        with kit.busy(f"Making {text} …"):
+        with kit.busy(f"Making {text} …"), kit.refusals(refusal, worded):
             if not (understood := understood_of(text, materials)).effect:
                 described = await kit.in_background(runs.described, GenerationRequest(SHIPPED), text)
+        if refusal.text:
+            return
         if understood.effect and not understood.unknown:
             open_effect(studio.workspace, understood.effect, text)
             return
@@ -81,6 +85,7 @@ def draw_first_touch(studio: Studio) -> None:
             )
             field.classes("grow").props('data-first="1"', remove="dense").on("keydown.enter", make)
             ui.button("Make it", on_click=make).props("no-wrap").classes("first-button")
+        refusal = kit.alert()
         offer = ui.row().classes("items-center")
         kit.hint(
             f"{len(materials)} simulated everyday materials, mixes of them, and {len(effects())} ready effects, "
@@ -129,7 +134,7 @@ def add(studio: Studio) -> None:
         def summary() -> None:
             _draw_summary(studio)
 
-        ui.add_head_html(RECEIVING_HEAD + HEAD)
+        ui.add_head_html(RECEIVING_HEAD)
         with kit.page("What should it feel like?"), drop_zone(whole_page=True):
             draw_first_touch(studio)
             with ui.element("div").classes("doors"):

@@ -11,8 +11,6 @@ from urllib.parse import quote
 from fastapi.responses import FileResponse, HTMLResponse
 from nicegui import app, ui
 
-from tactogram.errors import TactogramError
-from tactogram.text_files import read_json
 from tactogram.workflows import table as published_rows
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
@@ -24,7 +22,6 @@ from tactogram_studio.workspace.reports import (
     published_cells,
     readable_file,
     report_files,
-    values_text,
 )
 
 COLUMNS = (
@@ -54,9 +51,7 @@ def add(studio: Studio) -> None:
 
     @kit.route("/reports")
     def show(of: str = "", tab: str = "reports", q: str = "") -> None:
-        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
-        ui.add_head_html('<link rel="stylesheet" href="/static/reports.css">')
-        with kit.page("Reports", wide=True) as dark:
+        with kit.page("Reports") as dark:
             with ui.tabs().classes("w-full") as tabs:
                 panels = {name: ui.tab(name, label=label) for name, label in TABS.items()}
             first = panels.get(tab, panels["reports"])
@@ -148,14 +143,9 @@ class ReportsPanel:
         elif file.kind == "figure":
             ui.html(f'<img class="figure" src="{address}" alt="{title}">', sanitize=False).classes("w-full")
         else:
-            try:
+            with kit.refusals(kit.alert()):
                 whole = readable_file(self.studio.workspace, file.path)
-                if file.kind == "text":
-                    ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
-                else:
-                    ui.label(values_text(read_json(whole))).classes("code")
-            except (TactogramError, OSError) as error:
-                kit.alert(str(error))
+                ui.label(whole.read_text(encoding="utf-8", errors="replace")[:200_000]).classes("code")
 
 
 def _keywords(file: ReportFile) -> str:

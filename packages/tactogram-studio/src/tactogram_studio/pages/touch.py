@@ -52,11 +52,12 @@ def add(studio: Studio) -> None:
     @kit.route("/touch")
     def show() -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/touch.css">')
-        with kit.page("Touch", wide=True):
+        with kit.page("Touch"):
             ui.html(MARKUP.read_text(encoding="utf-8"), sanitize=False).classes("w-full")
-            _naming(studio)
-            _dropping(studio)
-            _drawing(studio)
+            with ui.teleport("#touch-sources"):
+                _naming(studio)
+                _dropping(studio)
+                _drawing(studio)
         ui.add_body_html('<script type="module" src="/static/touch.js"></script>')
 
 
@@ -151,7 +152,7 @@ def _dropping(studio: Studio) -> None:
         _choose("run", studio.workspace.name_of(run), path.stem)
         ui.notify(f"{path.stem} is cloned and selected: it follows speed and force.")
 
-    with ui.expansion("Feel a recording of your own").classes("w-full card"):
+    with ui.expansion("Feel a recording of your own"):
         cloned = ui.switch("Clone it, for any speed and force", value=True)
         speed = ui.number("Recorded at, mm/s", min=1, max=2000).props("clearable")
         speed.classes("w-48").bind_visibility_from(cloned, "value")
@@ -175,7 +176,7 @@ def _naming(studio: Studio) -> None:
 
     run = models.shipped_run("texture_flow")
     names = read_json(run / "model.json")["kind"]["materials"] if run else []
-    with ui.expansion("Feel an everyday material").classes("w-full card"):
+    with ui.expansion("Feel an everyday material"):
         select = ui.select(names, label=f"One of {len(names)} materials", with_input=True)
         select.classes("w-full").props('data-everyday="1"')
         select.on_value_change(chosen)
@@ -194,7 +195,7 @@ def _drawing(studio: Studio) -> None:
         _choose("kept", kept.id)
         ui.notify(f"{kept.title}: kept and selected.")
 
-    with ui.expansion("Feel a photograph").classes("w-full card"):
+    with ui.expansion("Feel a photograph"):
         width = kit.NumberField("Width that it shows, mm", value=WIDTH_MM)
         width.classes("w-48")
         ui.label(

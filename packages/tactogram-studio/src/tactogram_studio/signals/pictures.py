@@ -30,7 +30,7 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
     """Return the options of an ECharts line chart with a row for each axis, mean removed, on one scale."""
     scales = scales or scales_of([traits])
     rows = len(traits.axes)
-    top = _nice(scales.peak)
+    top, unit = _nice(scales.peak), unit_text(traits.unit)
     grids, x_axes, y_axes, series, data = [], [], [], [], []
     for row, (name, (indices, value)) in enumerate(zip(traits.axes, traits.curves, strict=True)):
         grids.append({"left": 64, "right": 12, "top": 8 + 84 * row, "height": 66})
@@ -57,7 +57,7 @@ def waveform_options(traits: SignalTraits, *, scales: SharedScales | None = None
                 "max": top,
                 "interval": top,
                 "splitLine": GRID_LINES,
-                **_titled(f"{name}, {unit_text(traits.unit)}", 44),
+                **_titled(f"{name}, {unit}" if rows > 1 else unit, 44),
             }
         )
         # Two lists, not one per point: the server watches every list for changes.

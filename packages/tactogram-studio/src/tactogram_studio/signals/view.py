@@ -170,7 +170,7 @@ def _pictures(
     description = f"Waveform of {title}: {level_text(traits)}"
     _chart(waveform_options(traits, scales=scales), waveform_height(traits), description)
     _spectrogram(shown, scales, title=title)
-    if others is not None:
+    if others is not None and len(traits.bands[0]) > 1:
         description = f"Spectrum of {title} in third octaves. {traits.note}"
         _chart(spectrum_options(traits, others=others), 200, description)
 
@@ -181,6 +181,7 @@ def level_text(traits: SignalTraits) -> str:
     per = "Hz" if traits.domain == "time" else "per mm"
     extent = f"{traits.extent:.3g} {'s' if traits.domain == 'time' else 'mm'}"
     axes = f"axes {', '.join(traits.axes)}" if len(traits.axes) > 1 else f"axis {traits.axes[0]}"
+    axes = axes.replace("axis dft321", "axes as one (DFT321)")
     return (
         f"{traits.rms:.3g}{unit}rms · {traits.peak:.3g}{unit}peak{unitless} · "
         f"{extent} at {traits.rate:,.6g} {per} · {axes}"
@@ -193,7 +194,7 @@ def _play_button(shown: ShownSignal, *, title: str, gain: float | None, key: str
     level = (
         f"normalised to a peak of {NORMAL_PEAK:g} of full scale"
         if gain is None
-        else f"{gain:.3g} of full scale per {unit.replace('no unit', '1')}, like the others"
+        else f"{gain:.3g} of full scale{'' if unit == 'no unit' else f' per {unit}'}, like the others"
     )
     if shown.traits.domain != "time":
         level += f", played at {PLAYBACK_MM_S:g} mm/s"

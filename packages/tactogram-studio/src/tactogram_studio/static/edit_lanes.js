@@ -68,7 +68,7 @@ export class Lane {
     const marks = this.name === "amplitude" ? [0, 0.5, 1] : [0, this.top / 2, this.top];
     for (const value of marks) this.drawn.append(line(LEFT_PX, this.y(value), this.view.width, this.y(value), "grid"));
     const text = svg("text", { x: this.view.width - 4, y: this.y(this.top) + 12, "text-anchor": "end" });
-    text.textContent = this.name === "amplitude" ? "amplitude 1" : `${this.top} Hz`;
+    text.textContent = this.name === "amplitude" ? "amplitude, 0 to 1" : `frequency, 0 to ${this.top} Hz`;
     this.drawn.append(text);
   }
 

@@ -47,7 +47,7 @@ function audio() {
 
 /** @returns {boolean} */
 function looped() {
-  const box = document.querySelector('[data-player-loop] [role="checkbox"], [data-player-loop] [role="switch"]');
+  const box = document.querySelector("[data-player-loop]");
   return box?.getAttribute("aria-checked") === "true";
 }
 

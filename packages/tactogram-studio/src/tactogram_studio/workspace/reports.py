@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,8 +25,6 @@ NUMBERS = ("evaluation.json", "crossval.json", "analysis.json", "result.json", "
 TEXTS = ("analysis.txt",)
 MOST_BYTES = 50_000_000
 MOST_LISTED = 400
-MOST_ENTRIES = 30
-"""Of a list that is shown as a whole."""
 
 
 @dataclass(frozen=True)
@@ -154,17 +151,3 @@ def _cells(row: Mapping[str, Any]) -> dict[str, str]:
 
 def _number(value: float | None) -> str:
     return "none" if value is None else f"{value:g}"
-
-
-def values_text(values: Any) -> str:
-    """Return JSON values as text for people: numbers of five digits, long lists shortened."""
-    return json.dumps(_shortened(values), ensure_ascii=False, indent=2)
-
-
-def _shortened(values: Any) -> Any:
-    if isinstance(values, Mapping):
-        return {name: _shortened(value) for name, value in values.items()}
-    if isinstance(values, list):
-        more = [f"… ({len(values)} in all)"] if len(values) > MOST_ENTRIES else []
-        return [_shortened(value) for value in (values[:10] if more else values)] + more
-    return float(f"{values:.5g}") if isinstance(values, float) else values

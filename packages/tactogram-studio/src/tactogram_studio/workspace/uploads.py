@@ -182,7 +182,7 @@ def check_upload(name: str, data: bytes, *, kind: Kind) -> str:
     suffixes = haptic_suffixes() if kind == "haptic" else SUFFIXES[kind]
     if not safe.endswith(suffixes):
         known = ", ".join(suffixes)
-        raise ParameterError(f"{safe}: expected a {kind} in one of {known}, got {suffix or 'no suffix'}")
+        raise ParameterError(f"{safe}: expected one of {known}, got {suffix or 'no suffix'}")
     most = most_bytes_of(suffix)
     if not data:
         raise DataError(safe, "empty file; choose another")

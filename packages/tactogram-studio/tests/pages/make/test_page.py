@@ -245,7 +245,7 @@ def test_a_photograph_is_dropped_cropped_and_used(tab, photo_run, tmp_path):
     assert abs(rows - 45) <= 2
     assert abs(columns - 60) <= 2
     tab.get_by_text("Equivalent command").click()
-    assert f"--image studio/photos/{part.name}" in tab.locator("pre").inner_text()
+    assert f"--image studio/photos/{part.name}" in tab.locator(".code").inner_text()
 
 
 def test_a_description_is_the_material_named_or_refused(tab):
@@ -295,7 +295,7 @@ def test_words_are_ticked_scored_and_used(tab):
     card.get_by_text("no unit").first.wait_for()
     assert card.locator(".simulated").count() == 1
     tab.get_by_text("Equivalent command").click()
-    assert "--words rough=5,sticky=4 --rest mean" in tab.locator("pre").inner_text()
+    assert "--words rough=5,sticky=4 --rest mean" in tab.locator(".code").inner_text()
 
 
 def test_bad_input_is_refused_and_the_page_keeps_working(tab):

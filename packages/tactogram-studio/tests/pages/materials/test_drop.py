@@ -4,8 +4,9 @@ from laboratory_files import tone
 
 from tactogram.errors import DataError, Message, ParameterError, Remedy
 from tactogram.signal import Signal
+from tactogram_studio.kit import in_fields
 from tactogram_studio.pages.materials.drop import (
-    in_fields,
+    LABELS,
     matching_stream,
     mixing_warning,
     store_signal,
@@ -35,7 +36,7 @@ def test_mixing_measured_and_simulated_recordings_gives_a_warning(tones):
 
 def test_remedies_are_the_fields_of_the_page():
     known = Message("no rate", Remedy("give it, e.g.", "rate", 1000), Remedy("omit", "unit"), place="a.csv")
-    assert in_fields(known) == "a.csv: no rate; give it, e.g. “Rate, Hz”: 1000, or omit “Unit”"
+    assert in_fields(known, LABELS) == "a.csv: no rate; give it, e.g. “Rate, Hz”: 1000, or omit “Unit”"
     other = Message("no labels", Remedy("omit the column,", "mapping", "FILE.toml"))
-    assert in_fields(other) == other == "no labels; omit the column, `mapping=FILE.toml`"
-    assert in_fields("a plain text") == "a plain text"
+    assert in_fields(other, LABELS) == other == "no labels; omit the column, `mapping=FILE.toml`"
+    assert in_fields("a plain text", LABELS) == "a plain text"

@@ -51,8 +51,8 @@ def test_the_catalogue_lists_every_design_and_what_is_wrong_with_a_file(session,
     found = {study.name: study for study in workspace_studies(workspace)}
     assert set(shipped_studies()) < set(found)
     assert found["studies/threshold.toml"].question_text.startswith("How weak")
-    assert "margins: staircase ±3 dB" in found["threshold"].line
-    assert "margins: none, so that equivalence cannot be shown" in found["studies/bare.toml"].line
+    assert "Margins: staircase ±3 dB" in found["threshold"].details
+    assert "Margins: none, so that equivalence cannot be shown" in found["studies/bare.toml"].details
     assert found["studies/broken.toml"].error
     [one] = workspace_sessions(workspace)
     assert (one.name, one.line) == ("sessions/pilot", "abx: 2 participants, 1 going on, 1 not begun")

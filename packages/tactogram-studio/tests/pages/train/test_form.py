@@ -2,12 +2,14 @@ from pathlib import Path
 
 import pytest
 
-from tactogram.errors import ParameterError
+from tactogram.errors import Message, ParameterError, Remedy
 from tactogram.models import available, find
 from tactogram.recipe import parse_changes
 from tactogram.workflows import TrainingRequest
+from tactogram_studio.kit import in_fields
 from tactogram_studio.pages.train.form import (
     PURPOSES,
+    SPLITS,
     describe_model,
     purpose_of,
     training_arguments,
@@ -19,6 +21,13 @@ PLAIN = {
     "by": "recording", "label": "material", "where": "",
 }  # fmt: skip
 """Entries of the form."""
+
+
+def test_a_remedy_names_the_field_of_the_form():
+    blocks = Message("too few", Remedy("test on a part of each instead,", "split", "blocks"))
+    assert in_fields(blocks, {"split": "Split"}, SPLITS) == (
+        "too few; test on a part of each instead, “Split”: last fifth of every recording as test part"
+    )
 
 
 def test_a_form_has_an_equivalent_command_line():

@@ -110,7 +110,7 @@ def test_a_training_is_watched_stopped_resumed_and_survives_the_server(
             tab.get_by_text("Runs (1)").wait_for()
             assert not run.exists()
             # This browser has not filled in the form yet: the command has the defaults.
-            tab.locator("code", has_text="--recipe quick --out runs/texture_var-quick").wait_for()
+            tab.locator(".code", has_text="--recipe quick --out runs/texture_var-quick").wait_for()
             tab.goto("/train/watch?run=runs/gone")
             tab.get_by_text("no such run in this workspace").wait_for()
         context.close()

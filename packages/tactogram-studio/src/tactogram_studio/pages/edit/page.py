@@ -66,8 +66,10 @@ class FilesCard:
         keys: SessionKeys,
         state: dict[str, Any],
         effect: Callable[[], Effect],
+        kept: Callable[[], Any],
     ) -> None:
         self.studio, self.files, self.keys, self.state, self.effect = studio, files, keys, state, effect
+        self._kept = kept
         self.file: WrittenFile | None = None
         self._written: Effect | None = None
         self._pattern: list[int] = []
@@ -106,6 +108,7 @@ class FilesCard:
         kept = await kit.in_background(
             lambda: self.studio.shelf.keep(signal, title=effect.title, facts=facts)
         )
+        self._kept()
         ui.notify(f"{kept.title} is kept: it is on the pages Send and Make, and opens here with its tracks.")
 
     @ui.refreshable_method
@@ -153,8 +156,8 @@ def draw_sources(
     *,
     of: str,
     audition: Callable[[WrittenFile], None],
-) -> None:
-    """Draw the cards; ``insert`` adds tracks at the cursor, ``audition`` shows a file.
+) -> Callable[[], Any]:
+    """Draw the cards, and return what lists the kept results anew; ``insert`` adds tracks, ``audition`` shows a file.
 
     ``of`` is the id of a signal to begin with, or empty.
     """
@@ -180,10 +183,12 @@ def draw_sources(
                 button = ui.button(ready.title, on_click=partial(insert, (ready_track(name),), False))
                 button.props("outline dense").tooltip(ready.about)
     with kit.card("Results and files", classes="w-full edit-card"):
-        kit.signal_choice(sources, "kept", add_signal)
+        kept = ui.refreshable(lambda: kit.signal_choice(sources, "kept", add_signal))
+        kept()
         kit.file_field("A haptic file: AHAP, .haptic, HJIF, JSON", opened, most_mib=MOST_MIB)
     if of:
         ui.timer(0.05, partial(add_signal, of), once=True)
+    return kept.refresh
 
 
 def tracks_from(studio: Studio, sources: SignalSources, identifier: str) -> tuple[tuple[Track, ...], bool]:
@@ -224,7 +229,7 @@ def add(studio: Studio) -> None:
     def show(effect: str = "", of: str = "") -> None:
         ui.add_head_html('<link rel="stylesheet" href="/static/edit.css">')
         load_player()
-        with kit.page("Edit", wide=True):
+        with kit.page("Edit"):
             EditPage(studio, saved, files, keys, effect, of)
         ui.add_body_html('<script type="module" src="/static/edit.js"></script>')
 
@@ -257,10 +262,10 @@ class EditPage:
         self._effect_card()
         with ui.element("div").classes("edit"):
             with ui.column().classes("items-stretch gap-4"):
-                draw_sources(studio, files, self._insert, of=of, audition=self._audition)
+                kept = draw_sources(studio, files, self._insert, of=of, audition=self._audition)
             with ui.column().classes("items-stretch gap-4 edit-main"):
                 self.timeline = Timeline(self.editor, self._changed, self._sound, self._follow)
-                self.files = FilesCard(studio, files, keys, self.state, lambda: self.editor.effect)
+                self.files = FilesCard(studio, files, keys, self.state, lambda: self.editor.effect, kept)
 
     @ui.refreshable_method
     def _effect_card(self) -> None:

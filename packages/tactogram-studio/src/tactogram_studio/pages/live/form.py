@@ -62,7 +62,7 @@ class LiveForm:
             self._address = self.fields.text("source", "Address", hint="choose one below, or type it")
             with ui.column().classes("gap-3 mt-4 w-full"):
                 self._sources()
-            ui.button("Look for devices again", icon="refresh", on_click=self._look).props("flat dense")
+            ui.button("Look for devices again", icon="refresh", on_click=self._look).props("outline dense")
         self._buttons = [self._listen_card(), self._record_card()]
         self.enable(enabled=not runner.running)
         ui.timer(0.05, self._look, once=True)
@@ -132,8 +132,8 @@ class LiveForm:
                 use = ui.button("Use", on_click=lambda a=choice.address: self._address.set_value(a))
                 use.props(f'outline dense aria-label="Use {kit.attribute(choice.address)}"')
                 with ui.column().classes("gap-0"):
-                    ui.label(choice.address).classes("small").style("overflow-wrap:anywhere")
-                    kit.hint(choice.description)
+                    ui.label(f"{choice.description[:1].upper()}{choice.description[1:]}").classes("small")
+                    kit.hint(choice.address).style("overflow-wrap:anywhere")
         missing = [choice for choice in self._choices if choice.address is None]
         if missing:
             with ui.expansion(f"{len(missing)} kinds of sensor are not available").classes("w-full"):

@@ -54,7 +54,6 @@ def add(studio: Studio) -> None:
 
     @kit.route("/live")
     def show(data: str = "", run: str = "", key: str = "") -> None:
-        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         ui.add_head_html('<link rel="stylesheet" href="/static/live.css">')
         ui.add_body_html('<script type="module" src="/static/live.js"></script>')
         with kit.page("Live"):
@@ -193,7 +192,9 @@ class LivePage:
                 with ui.column().classes("gap-0"):
                     state = ui.label().classes("h2").props('role="status"')
                     state.bind_text_from(runner, "state", STATES.__getitem__)
-                    if runner.request is not None:
+                    if runner.request is None:
+                        kit.hint("Listen to a source, or record a session of takes.")
+                    else:
                         with ui.row().classes("items-center gap-2"):
                             kit.hint(self._relative(runner.request.source))
                             if runner.request.source.startswith(("simulated:", "played:")):

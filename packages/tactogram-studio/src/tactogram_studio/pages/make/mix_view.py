@@ -163,7 +163,7 @@ def map_options(materials: Sequence[str], places: NDArray[np.float64]) -> dict[s
             "symbolSize": 9,
             "itemStyle": {"color": "#51606e"},
             "label": {"show": True, "formatter": "{b}", "color": "#17202a", "fontSize": 11, "width": 130}
-            | {"overflow": "truncate", "textBorderColor": "#f6f8f9", "textBorderWidth": 3},
+            | {"overflow": "truncate", "textBorderColor": "#f6f8f9", "textBorderWidth": 3, "distance": 14},
             "labelLayout": {"hideOverlap": True},
             "data": dots,
         },

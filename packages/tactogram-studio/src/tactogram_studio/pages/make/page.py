@@ -39,7 +39,7 @@ def add(studio: Studio) -> None:
         state = MakePageState(studio.workspace, studio.shelf, runs, storage)
         if run and run != state.request.run:
             state.choose(run)
-        with kit.page("Make", wide=True):
+        with kit.page("Make"):
             kit.keep_address("/make", key=storage.key)
             ui.add_head_html(HEAD)
             signal_view.load_player()
@@ -92,18 +92,7 @@ class MakePage:
             text = self.state.command()
         except TactogramError as error:
             text = f"({error})"
-
-        def copy() -> None:
-            ui.clipboard.write(text)
-            ui.notify("Copied.")
-
-        with ui.element("details").classes("command"):
-            with ui.element("summary"):
-                ui.label("Equivalent command").classes("in-line small")
-            kit.hint("Run it in the workspace folder:")
-            with ui.row().classes("w-full items-start no-wrap gap-2"):
-                ui.element("pre").classes("grow").props('tabindex="0"')._text = text
-                ui.button("Copy", on_click=copy).props("flat dense")
+        kit.command_lines([text])
 
     # -- the form's state --------------------------------------------------------------------------------
 

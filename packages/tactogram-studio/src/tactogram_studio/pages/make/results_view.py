@@ -82,7 +82,7 @@ def _image_address(name: str) -> str:
 def _draw_comparison_bar(
     state: MakePageState, name: str, present: KeptResult, compared: list[tuple[str, KeptResult]]
 ) -> None:
-    """Draw the choice of results to compare with, and the settings of playback."""
+    """Draw the choice of results to compare with, and how they are played, where there is one."""
     offers = {f"made:{result.id}": f"earlier: {result.title}" for result in state.results()}
     offers |= {f"kept:{result.id}": f"kept: {result.title}" for result in state.shelf.all()}
     for taken in (name, *(other for other, _ in compared)):
@@ -97,18 +97,18 @@ def _draw_comparison_bar(
         state.storage["true_levels"] = bool(event.value)
         state.redraw_results()
 
+    trained = present.facts.get("what") == "made" and present.facts.get("run") != present.facts.get("model")
+    if not (offers or compared or (trained and not present.is_image)):
+        return
     with kit.card(label="Compare", classes="bar-compare"):
         if offers:
             select = ui.select(offers, label="Compare with", on_change=add)
             select.classes("grow")
         if present.is_image:
             return
-        if present.facts.get("what") == "made" and present.facts.get("run") != present.facts.get("model"):
+        if trained:
             nearest = ui.button(NEAREST).props("outline dense")
             nearest.on_click(lambda: _add_nearest(state, present, nearest))
-        with ui.element("div").props("data-player-loop"):
-            state.storage.setdefault("loop", True)
-            ui.checkbox("Loop").props("dense").bind_value(state.storage, "loop")
         if compared:
             levels = bool(state.storage.get("true_levels"))
             ui.switch("At their true strengths", value=levels, on_change=set_levels).props("dense")
@@ -174,9 +174,14 @@ def _draw_actions(state: MakePageState, name: str, result: KeptResult, *, first:
     if first and result.facts.get("what") == "made" and not result.is_image:
         _draw_class(state, result)
     with ui.element("div").classes("done"):
+        if first and not result.is_image:
+            state.storage.setdefault("loop", True)
+            ui.checkbox("Loop").props("dense data-player-loop").bind_value(state.storage, "loop")
         _draw_download(name, result)
         if kept:
             kit.hint("Kept")
+            if not result.is_image:
+                ui.link("Touch", f"/touch?where=kept&of={kept}").classes("small")
             ui.link("Send", f"/send?of=kept:{kept}").classes("small")
             button("Rename", lambda: kit.ask_title(result.title, LONGEST_TITLE, rename))
         else:
@@ -198,7 +203,7 @@ def _draw_class(state: MakePageState, result: KeptResult) -> None:
             if classifier is None:
                 return
             prediction = await kit.in_background(lambda: runs.classify(classifier, result.signal()))
-            closest = f"{prediction['material']}, {prediction['probability']:.0%}"
+            closest = f"{prediction['material']}, {100 * prediction['probability']:.0f} %"
             verdict = f"none of these (closest: {closest})" if prediction["none_of_these"] else closest
             text = f"Classified as {verdict} by {classifier.name}"
         except TactogramError as error:

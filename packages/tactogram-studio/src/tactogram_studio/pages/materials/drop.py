@@ -11,7 +11,7 @@ from nicegui import app, ui
 from starlette.requests import Request
 
 from tactogram.datasets import Store
-from tactogram.errors import Message, ParameterError, Remedy, TactogramError
+from tactogram.errors import ParameterError, TactogramError
 from tactogram.model import condition_types
 from tactogram.parameters import parameters
 from tactogram.signal import Signal
@@ -26,7 +26,11 @@ from tactogram_studio.workspace.uploads import save_upload
 
 FIELDS = ("unit", "rate", "axes", "time", "part", "sheet")
 """What the page asks of a file that does not state it: arguments of `read_file`."""
-LABELS = {"rate": "Rate, Hz", "axes": "Axes or columns", "time": "Time stamps"}
+LABELS = {name: name.capitalize() for name in FIELDS} | {
+    "rate": "Rate, Hz",
+    "axes": "Axes or columns",
+    "time": "Time stamps",
+}
 CONDITIONS = ("speed_mm_s", "force_n", "contactor", "session", "subject")
 PICTURES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".bmp")
 
@@ -80,8 +84,7 @@ class _UploadedFile:
         ui.navigate.to(address("drop", **(self.query | {"set": self.set} | changes)))
 
     def _message(self, error: Exception) -> str:
-        text = in_fields(error.message) if isinstance(error, TactogramError) else str(error)
-        return text.replace(f"{self.folder}/", "")
+        return kit.in_fields(error, LABELS).replace(f"{self.folder}/", "")
 
     def draw_upload(self) -> None:
         async def take(name: str, data: bytes) -> None:
@@ -106,23 +109,23 @@ class _UploadedFile:
         ui.navigate.history.replace(address("drop", set=self.chosen_set))
         with self.analysis, ui.element("section").classes("card w-full"):
             kit.heading(name)
-            ui.label(self._message(error)).classes("text-negative").props('role="alert"')
+            kit.alert(self._message(error))
 
     async def draw_file(self) -> None:
         try:
             read = await kit.in_background(lambda: read_file(self.path, **self.reading))
         except (TactogramError, OSError, ValueError) as error:
             with kit.card(self.file):
-                ui.label(self._message(error)).classes("text-negative").props('role="alert"')
+                kit.alert(self._message(error))
                 self._draw_reading()
             return
         signal = read.signal
-        with kit.card(self.file):
-            self._draw_facts(read)
-            self._draw_reading(closed=True)
         self.set = self.chosen_set or self._matching_set(signal)
         simulated = str(read.metadata.get("simulated", "")).lower() == "true"
         signal_card(signal, title=self.file, simulated=simulated)
+        with kit.card(label="How it was read"):
+            self._draw_notes(read)
+            self._draw_reading(closed=True)
         if not self.sets:
             ui.label("There is no store to compare it with, or to add it to.")
             ui.link("Simulate or import one", "/materials")
@@ -134,17 +137,12 @@ class _UploadedFile:
         draw_similar(self.workspace, signal, set_name=self.set, stream=stream)
         _AddForm(self, simulated, stream)
 
-    def _draw_facts(self, read: SignalFile) -> None:
-        signal = read.signal
-        over, per = ("s", "Hz") if signal.domain == "time" else ("mm", "per mm")
-        ui.label(
-            f"{signal.extent:.3g} {over} at {signal.rate:g} {per}, in {signal.unit}, axes {', '.join(signal.axes)}"
-        )
+    def _draw_notes(self, read: SignalFile) -> None:
         if read.timing is not None and not read.timing.even:
             kit.hint("Its uneven time stamps were converted to even spacing.")
         others = [f"{name} ({', '.join(other.axes)}, {other.unit})" for name, other in read.others.items()]
         for note in (*read.notes, *([f"also holds {', '.join(others)}"] if others else [])):
-            kit.hint(f"{in_fields(note)}.")
+            kit.hint(f"{kit.in_fields(note, LABELS)}.")
 
     def _matching_set(self, signal: Signal) -> str:
         """Return the first store with a stream of the signal's unit and domain, else the first."""
@@ -258,18 +256,6 @@ class _AddForm:
             **self.uploaded.reading,
             **self.fields.values(),
         )
-
-
-def in_fields(message: str) -> str:
-    """Return a message about a file with the page's fields instead of arguments of `read_file`."""
-
-    def field(remedy: Remedy) -> str:
-        value = "" if remedy.value is None else f": {remedy.value}"
-        if (name := remedy.parameter) not in FIELDS:
-            return str(remedy)
-        return f"{remedy.advice} “{LABELS.get(name, name.capitalize())}”{value}"
-
-    return message.in_words(field) if isinstance(message, Message) else message
 
 
 def store_signal(folder: Path, name: str, data: bytes) -> Path:

@@ -121,11 +121,11 @@ class ImportPage:
                     value=self.values["material_from"],
                 ).classes("w-72")
                 materials.on_value_change(lambda event: self.change(material_from=event.value))
-                mapping = ui.select(mappings, label="Saved mapping", value=self.values["mapping"]).classes(
-                    "w-48"
-                )
-                mapping.on_value_change(lambda event: self._use_mapping(event.value))
-            more = ui.input("What no file says", value=self.values["options"], placeholder="unit=g rate=1000")
+                mapping = ui.select(mappings, label="Saved mapping", value=self.values["mapping"])
+                mapping.classes("w-48").on_value_change(lambda event: self._use_mapping(event.value))
+            more = ui.input(
+                "Not stated in the files", value=self.values["options"], placeholder="unit=g rate=1000"
+            )
             more.props("debounce=700").classes("w-60")
             more.on_value_change(lambda event: self.change(options=event.value or ""))
             if self.received.contains(self.settings.path):

@@ -61,7 +61,7 @@ class LayoutCard:
                     self._draw_columns()
                 self._timing = kit.hint("")
                 self._problem = kit.alert()
-            self._picture = kit.column(gap=2)
+            self._picture = ui.element("div").classes("streams")
         self.update(self.facts)
 
     def update(self, facts: Mapping[str, Any]) -> None:
@@ -84,7 +84,8 @@ class LayoutCard:
                 ui.label(recording).classes("text-negative").style("overflow-wrap: anywhere")
                 return
             for stream, signal in recording.streams.items():
-                _draw_signal(f"{self.example}: {stream}", signal)
+                with kit.column(gap=1):
+                    _draw_signal(stream, signal)
 
     def _draw_columns(self) -> None:
         with ui.element("div").classes("columns").props('role="group" aria-label="Columns"'):
@@ -151,8 +152,7 @@ class LayoutCard:
 
 def _draw_signal(title: str, signal: Signal) -> None:
     over, per = ("s", "Hz") if signal.domain == "time" else ("mm", "per mm")
-    ui.label(title).style("overflow-wrap: anywhere")
-    kit.hint(f"{signal.extent:.4g} {over} at {signal.rate:.6g} {per}")
+    ui.label(f"{title}, {signal.extent:.4g} {over} at {signal.rate:.6g} {per}")
     for axis, samples in zip(signal.axes, signal.samples, strict=True):
         low, high = (f"{value:.4g}" for value in (samples.min(), samples.max()))
         text = f"{axis}: {low} to {high} {'' if signal.unit == '1' else signal.unit}".strip()

@@ -190,9 +190,7 @@ def draw_similar(
         measure = ui.select(options, label="Compare by", value=stored if stored in options else SPECTRAL)
         measure.classes("w-full max-w-lg")
         if not runs:
-            ui.link("Train a classifier to predict the material", "/train?purpose=recognition").classes(
-                "small"
-            )
+            ui.link("Train a classifier to predict the material", "/train?purpose=recognition")
         results = kit.column(gap=1).props('aria-live="polite"')
 
         async def show() -> None:

@@ -73,7 +73,8 @@ def _add_store_pages(workspace: Workspace) -> None:
                 _, first, last = page_bounds(len(shown), number, PER_PAGE)
                 return store, shown, starts_of(store, shown[first:last]), choices(store.index)
 
-            store, shown, starts, options = await kit.in_background(read)
+            with workspace.readable_errors():
+                store, shown, starts, options = await kit.in_background(read)
             _draw_head(set, store)
             if chosen == RecordingFilter():
                 _draw_materials(set, store)
@@ -90,7 +91,8 @@ def _add_store_pages(workspace: Workspace) -> None:
                 name = stream_of(store, id, stream)
                 return store, name, store.signal(id, name)
 
-            store, name, signal = await kit.in_background(read)
+            with workspace.readable_errors():
+                store, name, signal = await kit.in_background(read)
             info = store.info(id)
             _draw_metadata(set, store, info, name)
             signal_card(signal, title=f"{name} of {info.material or id}", simulated=info.simulated)
@@ -173,7 +175,7 @@ def _draw_recordings(
             if materials:
                 choose("Material", materials, chosen.material, lambda m: go(material=m)).classes("w-48")
             for key, values in options.items():
-                label = NAMES.get(key, key) + (f" ({UNITS[key]})" if key in UNITS else "")
+                label = NAMES.get(key, key).capitalize() + (f", {UNITS[key]}" if key in UNITS else "")
 
                 def change(value: str, key: str = key) -> None:
                     go(fields={**chosen.fields, key: value})
@@ -235,15 +237,16 @@ def add(studio: Studio) -> None:
     async def show() -> None:
         ui.add_head_html(HEAD + RECEIVING_HEAD)
         with kit.page("Materials"), drop_zone(whole_page=True):
-            with kit.card(), ui.row().classes("items-center justify-between w-full"):
-                ui.label("Upload a recording to see which materials it resembles, and add it to a store.")
-                ui.button("Upload a recording", on_click=lambda: ui.navigate.to("/materials/drop"))
+            with ui.element("div").classes("grid-2 even"):
+                _draw_import()
+                with kit.card("Look at one recording", classes=""):
+                    kit.hint("See which materials it resembles, and add it to a store.")
+                    upload = ui.button("Upload a recording")
+                    upload.on_click(lambda: ui.navigate.to("/materials/drop")).props("outline")
             await _StoreOverview(workspace).draw()
             sets = await kit.in_background(list_sets)
-            with ui.element("div").classes("grid-2") as columns:
-                columns.style("grid-template-columns: repeat(auto-fit, minmax(18rem, 1fr))")
+            with ui.element("div").classes("grid-2 even"):
                 _draw_simulation(workspace, sets["simulate"])
-                _draw_import()
 
 
 def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
@@ -259,7 +262,7 @@ def _draw_simulation(workspace: Workspace, sets: dict[str, str]) -> None:
                 labels={"per_class": "Recordings per class", "photographs": "Photographs per surface"},
                 examples={"per_class": "default", "seconds": "default", "photographs": "one", "seed": "0"},
                 entries=state,
-                classes="w-52 grow",
+                classes="w-64 grow",
             )
         name = ui.input("Name").classes("w-full")
 
@@ -327,7 +330,7 @@ class _StoreOverview:
     def _tiles(self) -> None:
         kit.heading("Stores")
         if not self._stores:
-            ui.label("None yet: simulate or import one below.").classes("quiet")
+            ui.label("None yet: import recordings, or simulate some below.").classes("quiet")
         with ui.element("div").classes("tiles w-full"):
             for name, store in self._stores:
                 with kit.card(classes="whole"):

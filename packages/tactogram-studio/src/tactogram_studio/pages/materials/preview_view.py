@@ -149,14 +149,16 @@ class PreviewView:
             ui.label(f"{counted}.")
             listed = [f"{name} ({count})" for name, count in [*materials.items()][:MOST_SHOWN]]
             kit.hint(", ".join(listed)).style("overflow-wrap: anywhere")
+            patterns = [facts["proposed_path"]]
             if facts["question"]:
                 ui.label(self._short(facts["question"])).classes("text-negative")
-                with ui.row().classes("gap-2"):
-                    for pattern in (remedy.value for remedy in facts["question"].remedies if remedy.value):
-                        button = ui.button(pattern, on_click=partial(self._answer, pattern))
-                        button.props("outline no-caps")
+                patterns = [remedy.value for remedy in facts["question"].remedies]
             elif facts["proposed_path"]:
-                kit.hint(f"The paths say more: path={facts['proposed_path']} in 'What no file says'.")
+                kit.hint("The paths may also name:")
+            with ui.row().classes("gap-2"):
+                for pattern in filter(None, patterns):
+                    button = ui.button(pattern, on_click=partial(self._answer, pattern))
+                    button.props("outline dense")
             for note in facts["notes"]:
                 kit.hint(self._short(in_one_line(note)))
             for stream, rates in facts["several_rates_hz"].items():

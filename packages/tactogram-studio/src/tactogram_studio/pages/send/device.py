@@ -64,11 +64,13 @@ class DeviceCard:
         playable = {o["device"]: o["title"] for o in present if not o["device"].startswith(BUFFERED)}
         if playable:
             self._player(playable, unit)
-        for output in self._outputs:
-            if output["missing"] is not None:
-                kit.hint(f"{output['title']}: {output['missing']}")
-            elif output["device"].startswith(BUFFERED):
+        for output in present:
+            if output["device"].startswith(BUFFERED):
                 kit.hint(f"{output['title']}: play the drive with the command below.")
+        if missing := [f"{o['title']}: {o['missing']}" for o in self._outputs if o["missing"] is not None]:
+            with ui.expansion(f"Not connected ({len(missing)})").classes("w-full"):
+                for line in missing:
+                    kit.hint(line)
         if self.result is not None and isinstance(self.result.request, DriveRequest):
             display = self.result.request.display
             kit.command_lines([_play_command(display, output["device"]) for output in present])
@@ -78,13 +80,12 @@ class DeviceCard:
         last = self.state.get("output", NULL)
         first = last if last in playable else next(iter(playable))
         self._output = ui.select(playable, label="Output", value=first).classes("w-full")
-        self._strength = ui.slider(min=0, max=1, step=0.01, value=CAREFUL).props(
-            'label aria-label="Strength: share of the drive"'
-        )
-        self._strength.on_value_change(self._set_strength)
-        ui.label().bind_text_from(
+        share_label = ui.label().classes("small")
+        self._strength = ui.slider(min=0, max=1, step=0.01, value=CAREFUL)
+        self._strength.props('aria-label="Strength: share of the drive"').on_value_change(self._set_strength)
+        share_label.bind_text_from(
             self._strength, "value", lambda share: f"Strength: {100 * share:.0f} % of the drive"
-        ).classes("small")
+        )
         self._unfelt = kit.alert()
         self._show_unfelt()
         with ui.row().classes("items-end gap-4"):

@@ -75,7 +75,7 @@ class DisplayCards(RequestCards):
             self.state["level"] = "peak" if "peak" in kinds else kinds[0]
         titles = {kind: kind.capitalize() for kind in kinds}
         level = ui.radio(titles, on_change=self._level_value.refresh)
-        level.bind_value(self.state, "level").props('inline aria-label="Level"')
+        level.bind_value(self.state, "level").props('inline dense aria-label="Level"')
         self._level_value()
         self.state.update(calibration="", person="")
         if display_family(display.family).calibrated:
@@ -126,8 +126,8 @@ class DisplayCards(RequestCards):
         with kit.card(label="Fit report"):
             display = open_display(self.service.display_file(result.request.display))
             report, files = result.facts["report"], f"/send/result/{result.id}"
-            title = f"{result.title} on {display.title}".replace("m/s^2", "m/s²")
-            kit.title_row(title, result.facts.get("simulated"), "simulated signal")
+            kit.title_row("Fit report", result.facts.get("simulated"), "simulated signal")
+            kit.hint(f"{result.title} on {display.title}".replace("m/s^2", "m/s²"))
             with ui.element("div").classes("warned").props('role="note" aria-label="Safety"'):
                 for warning in warnings_of(display, report):
                     ui.label(warning)
@@ -138,7 +138,7 @@ class DisplayCards(RequestCards):
                 f'<img class="drawn" src="{files}/drive.report.png" width="100%" alt="Signal, drive with its limits, '
                 'and output; the text below says the same">',
                 sanitize=False,
-            ).classes("w-full")
+            ).classes("scrolled").props('tabindex="0"')
             for name, title in (("scaled", "Scaled"), ("clipped", "Clipped"), ("unreachable", "Unreachable")):
                 ui.label(title).classes("font-bold")
                 with ui.element("ul").classes("sentences"):

@@ -48,7 +48,6 @@ def add(studio: Studio) -> None:
 
     @kit.route("/send")
     def show(of: str = "", tab: str = "", key: str = "") -> None:
-        ui.add_head_html('<link rel="stylesheet" href="/static/send.css">')
         with kit.page("Send"):
             SendPage(studio, service, speaker, of, tab, key)
 
@@ -115,7 +114,8 @@ class SendPage:
             self._group = ui.select(GROUPS, label="From", value=kind, on_change=self._listed.refresh)
             self._group.classes("w-full")
             self._listed()
-            with ui.expansion("Upload a file").classes("w-full"):
+            empty = kind == "recording" and not self.sources.stores()
+            with ui.expansion("Upload a file", value=empty).classes("w-full"):
                 kit.hint("If they are not in the file:")
                 labels, examples = {"rate": "Rate, Hz"}, {"unit": "m/s^2, g, N, 1 …"}
                 self._reading = kit.ParameterFields(
@@ -177,7 +177,9 @@ class SendPage:
                 if self._loading:
                     placeholder("Reading …", small=True)
                 else:
-                    ui.label("Choose a kept result, a file or a recording.").classes("quiet")
+                    ui.label("Choose a kept result, a file or a recording, or upload a file.").classes(
+                        "quiet"
+                    )
             return
         with ui.element("div").props('aria-label="The signal" role="region"').classes("w-full"):
             title, simulated = self.selected.title, self.selected.simulated

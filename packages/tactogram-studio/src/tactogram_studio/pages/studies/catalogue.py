@@ -67,18 +67,25 @@ class StudyEntry:
         return design.question_text if design else ""
 
     @property
-    def line(self) -> str:
-        """Design and size, in a line."""
+    def size(self) -> str:
+        """Numbers of trials and stimuli, in a line."""
         facts = self.facts
-        practice = f", {facts['practice']} of practice" if facts["practice"] else ""
+        practice = f" after {facts['practice']} of practice" if facts["practice"] else ""
+        return f"Up to {facts['trials']} trials{practice}, {facts['stimuli']} stimuli"
+
+    @property
+    def details(self) -> list[str]:
+        """Design, order, languages, margins and source, in lines."""
+        facts = self.facts
         margins = ", ".join(margin_text(name, value) for name, value in facts["margins"].items())
         if not margins and designs()[facts["design"]].margins:
             margins = "none, so that equivalence cannot be shown"
-        return (
-            f"{facts['design']}, up to {facts['trials']} trials{practice}, {facts['stimuli']} stimuli; "
-            f"order {facts['order']}, {', '.join(facts['languages'])}"
-            + (f"; margins: {margins}" if margins else "")
-        )
+        return [
+            f"{self.name}: design {facts['design']}, order {facts['order']}",
+            f"Languages: {', '.join(facts['languages'])}",
+            *([f"Margins: {margins}"] if margins else []),
+            *([f"Reproduces: {facts['source']}"] if facts["source"] else []),
+        ]
 
 
 @dataclass(frozen=True)
@@ -176,9 +183,8 @@ def begin_dialog(studio: Studio, source: Path | str, *, title: str, name: str) -
         ui.navigate.to(address_of(session_folder.as_posix()))
 
     with kit.form_dialog(f"Begin a session: {title}", "Begin", begin, label="Begin a session"):
-        folder = ui.input(
-            "Name of the session's folder", value=free_name(studio.workspace.inside(SESSIONS), name[:36])
-        )
+        free = free_name(studio.workspace.inside(SESSIONS), name[:36])
+        folder = ui.input("Name of the session's folder", value=free)
         folder.classes("w-full")
         changes = ui.input("Changes (optional)").props('placeholder="design.repeats=2, seed=7"')
         changes.classes("w-full")

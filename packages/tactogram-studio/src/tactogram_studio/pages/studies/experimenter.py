@@ -14,6 +14,7 @@ from starlette.responses import FileResponse, Response
 from tactogram.errors import DataError, TactogramError
 from tactogram_studio import kit
 from tactogram_studio.context import Studio
+from tactogram_studio.layout import without_folder
 from tactogram_studio.pages.studies.catalogue import pairs_of
 from tactogram_studio.pages.studies.joining import JoinCard
 from tactogram_studio.server.guard import REPORT_POLICY
@@ -50,10 +51,13 @@ def add(studio: Studio) -> None:
             opened = studio.sessions.open(Path(folder_of(session)))
         except TactogramError as error:
             with kit.page("Experiment", navigation=navigation):
-                kit.alert(str(error))
+                if navigation:
+                    ui.link("All studies", "/studies").classes("small")
+                kit.alert(without_folder(error, studio.workspace.folder)).classes("card refused")
             return
         with kit.page(opened.study.title.in_english(), navigation=navigation):
-            ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
+            if navigation:
+                ui.link("All studies", "/studies").classes("small")
             await ExperimenterPage(studio, opened, session, str(request.base_url).rstrip("/")).draw()
 
     @app.get("/experiment/{session}/report.html")
@@ -137,15 +141,16 @@ class ExperimenterPage:
             self.ended = ui.label("Ended: nobody can join, and unfinished participants cannot continue.")
             self.ended.classes("text-negative")
             for name, reason in self.session.failures.items():
-                text = f"{name or 'A stimulus'} cannot be played: {reason}"
-                ui.label(text).classes("text-negative").props('role="alert"')
+                kit.alert(f"{name or 'A stimulus'} cannot be played: {reason}")
 
     def _participants(self) -> None:
         with kit.card("Participants", classes="w-full stack overflow-x-auto"):
             with ui.element("table").classes("people"):
                 kit.table_head(["Code", "Status", "Progress", "Last answer", "Device", "Actions"])
                 self.body = ui.element("tbody")
-            self.nobody = ui.label("No participants yet.").classes("quiet")
+            self.nobody = ui.label("No participants yet: they join by the address under Take part.").classes(
+                "quiet"
+            )
 
     def _latest_answers(self) -> None:
         with kit.card(classes="w-full stack"), ui.expansion("Latest answers").classes("w-full"):

@@ -24,7 +24,6 @@ from tactogram_studio.study_draft.draft import STUDIES, copy_study, free_name
 from tactogram_studio.workspace.session_view import address_of
 from tactogram_studio.workspace.uploads import save_upload
 from tactogram_study.wording import own_name
-from tactogram_study.workflows.studies import check_study
 
 
 def add(studio: Studio) -> None:
@@ -34,7 +33,6 @@ def add(studio: Studio) -> None:
     @kit.route("/studies")
     async def show() -> None:
         with kit.page("Studies"):
-            ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.label(
                 "A study is a file that sets stimuli, their order and the questions. Begin a session of a study, and "
                 "participants take it on this machine or on tablets. Make your own to change texts, words, stimuli and "
@@ -61,14 +59,12 @@ class StudiesPage:
         self._sessions(sessions)
         own = [study for study in studies if not study.shipped]
         with ui.element("section").classes("w-full stack"):
-            with ui.row().classes("items-center justify-between w-full"):
-                kit.heading("Study files of this workspace")
-                field = kit.file_field("Add a study file (TOML)", self._upload, accept=[".toml"])
-                field.classes(remove="w-full")
+            kit.heading("Study files of this workspace")
             if own:
                 self._cards(own)
             else:
                 ui.label("None yet: make your own from a design below, or add a file.").classes("quiet")
+            kit.file_field("Add a study file (TOML)", self._upload, accept=[".toml"])
             kit.heading("Designs")
             self._cards([study for study in studies if study.shipped])
         power()
@@ -83,21 +79,21 @@ class StudiesPage:
 
     def _card(self, study: StudyEntry) -> None:
         kit.heading(study.title)
-        kit.hint(study.name)
+        if not study.shipped:
+            kit.hint(study.name)
         if study.error:
             kit.alert(study.error)
             return
         ui.label(study.question_text)
-        kit.hint(study.line)
-        if study.facts["source"]:
-            kit.hint(f"Reproduces: {study.facts['source']}")
+        kit.hint(study.size)
         kit.mark_simulated(study.facts["simulated_stimuli"], "simulated stimuli")
+        with ui.expansion("Details").classes("w-full"):
+            for line in study.details:
+                kit.hint(line)
         with ui.row().classes("gap-2 foot"):
-            begin = ui.button("Begin a session", on_click=lambda: self._begin(study))
+            begin = ui.button("Begin", on_click=lambda: self._begin(study)).props("dense")
             begin.props(f'aria-label="Begin a session of {kit.attribute(study.name)}"')
-            check = ui.button("Check", on_click=lambda e: self._check(study, e.sender)).props("outline")
-            check.props(f'aria-label="Check {kit.attribute(study.name)}: make and render every stimulus"')
-            copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline")
+            copy = ui.button("Make your own", on_click=lambda: self._copy(study)).props("outline dense")
             copy.props(f'aria-label="Make your own from {kit.attribute(study.name)}"')
             if not study.shipped:
                 link = ui.link("Edit", edit_address(study.name))
@@ -134,12 +130,6 @@ class StudiesPage:
 
     def _begin(self, study: StudyEntry) -> None:
         begin_dialog(self.studio, study.source, title=study.title, name=study.facts["name"])
-
-    async def _check(self, study: StudyEntry, button: ui.button) -> None:
-        with kit.busy(f"making and rendering the stimuli of {study.name}", button=button):
-            facts = await kit.in_background(check_study, study.source, stimuli=True)
-        count = len(facts["rendered"] or {})
-        ui.notify(f"{study.name}: no problems; {count} signals were made and rendered on {facts['display']}")
 
     def _copy(self, study: StudyEntry) -> None:
         async def copy() -> None:

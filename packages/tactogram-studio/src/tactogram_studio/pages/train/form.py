@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 from urllib.parse import quote
 
@@ -288,12 +289,15 @@ class _TrainingForm:
                 self.values["set"] = assignments(self.settings, self.values["changes"])
             elif not self.values["changes"]:
                 self.values["set"] = []
-            kit.set_text(self.command, command_line(training_arguments(self.values)))
+            self.command.text = command_line(training_arguments(self.values))
         count = len(self.values.get("set") or [])
         self.settings_button.text = SETTINGS + (f" ({count} changed)" if count else "")
 
     async def _start(self) -> None:
-        with kit.refusals(self.error), kit.busy("Checking model and data", button=self.start):
+        with (
+            kit.refusals(self.error, partial(kit.in_fields, labels={"split": "Split"}, titles=SPLITS)),
+            kit.busy("Checking model and data", button=self.start),
+        ):
             from tactogram.workflows import check_training  # brings torch
 
             queue, folder = trainings_of(self.studio.workspace), output_name("runs", self.values["name"])

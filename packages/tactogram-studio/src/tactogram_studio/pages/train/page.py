@@ -50,7 +50,7 @@ def add(studio: Studio) -> None:
             _draw_table("Models and data", "Fact", compared["facts"], list(curves))
             _draw_table("Different settings", "Setting", compared["settings"], list(curves))
             for note in compared["notes"]:
-                kit.hint(note)
+                kit.hint(f"{note[:1].upper()}{note[1:]}.")
 
 
 @dataclass(frozen=True)

@@ -175,9 +175,8 @@ class _RunView:
             stop = ui.button("Stop", on_click=partial(self._stop, at_once=False)).props("outline")
             stop.set_enabled(self.state != "stopping")
             if self.state == "stopping":
-                ui.button("Stop now", on_click=partial(self._stop, at_once=True)).props(
-                    "outline color=negative"
-                )
+                now = ui.button("Stop now", on_click=partial(self._stop, at_once=True))
+                now.props("outline color=negative")
             return
         if self.trained_elsewhere:
             return

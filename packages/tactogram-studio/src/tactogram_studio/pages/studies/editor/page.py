@@ -125,7 +125,6 @@ def add(studio: Studio) -> None:
     @kit.route("/studies/edit")
     async def show(study: str = "") -> None:
         with kit.page("Studies"):
-            ui.add_head_html('<link rel="stylesheet" href="/static/experiment.css">')
             ui.link("All studies", "/studies")
             path = studio.workspace.inside(study)
             if not path.is_file():
