@@ -48,6 +48,8 @@ class Preparation(BaseModel):
 
     def stream_of(self, names: Sequence[str]) -> str:
         """Return the stream of ``names`` to prepare; `ParameterError` if the recipe's is not among them."""
+        if not names:
+            raise ParameterError("there are no recordings, only photographs")
         if self.stream is None:
             return "acceleration" if "acceleration" in names else names[0]
         if self.stream not in names:
