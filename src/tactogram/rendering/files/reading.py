@@ -13,7 +13,14 @@ import numpy as np
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files.analysis import READ_RATE, carrier
 from tactogram.rendering.files.catalogue import HapticFormat, formats_with, haptic_format, recognised_format
-from tactogram.rendering.files.documents import DecodedDocument, Node, Notes, parse, sample_count, without_commas_at_ends
+from tactogram.rendering.files.documents import (
+    DecodedDocument,
+    Node,
+    Notes,
+    parse,
+    sample_count,
+    without_commas_at_ends,
+)
 from tactogram.rendering.files.events import Events
 from tactogram.signal import Signal
 from tactogram.signal.io.content import SignalDescription, decode as read_description
