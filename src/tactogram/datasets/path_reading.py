@@ -101,7 +101,7 @@ class PathPattern:
             elif name in MEASURED and not text.isalpha():
                 field, units = MEASURED[name]
                 value = measured(text, units, self._units.get(name, 1.0))
-                metadata[field] = value if name == "direction" else abs(value)
+                metadata[field] = abs(value) if name == "speed" else value
                 if name == "speed" and value < 0:
                     metadata["labels"]["way"] = "back"
             else:
