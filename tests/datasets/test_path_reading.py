@@ -26,6 +26,11 @@ from tactogram.errors import ParameterError
         ("{material}/{speed}/{}", "cork/0.04ms/a.csv", {"material": "cork", "speed_mm_s": 40}),
         ("{material}/{speed}cms/{_}", "cork/4cms/a.csv", {"material": "cork", "speed_mm_s": 40}),
         ("{material}/{speed}", "cork/40.csv", {"material": "cork", "speed_mm_s": 40}),
+        (
+            "{material}_F{}_V{speed}_{take}",
+            "cork_F120_V-40mmps_0.csv",
+            {"material": "cork", "speed_mm_s": 40, "way": "back", "trial": "0"},
+        ),
         ("{material}/{force}/*", "cork/500mN/a.csv", {"material": "cork", "force_n": 0.5}),
         ("{material}/{force}N/*", "cork/0p5N/a.csv", {"material": "cork", "force_n": 0.5}),
         ("{material}/{force}/*", "cork/50g/a.csv", {"material": "cork", "force_n": 0.4903325}),
@@ -122,6 +127,20 @@ def write(folder, names):
         rows = "".join(f"{k / 100},{(k + 3 * number) % (7 + number)}\n" for k in range(90))
         path.write_text("t [s],x [g]\n" + rows)
     return ["data", "import", "folder", str(folder)]
+
+
+@pytest.mark.parametrize(
+    ("takes", "proposed"),
+    [
+        (["cork_F120_V50mmps_0", "tin_F150_V-50mmps_1"], "{material}_{}_V{speed}_{take}"),
+        (["cork_v-50mms_0", "tin_v-100mms_1"], "{material}_{}-{speed}_{take}"),
+        (["cork_50mms_1", "fine-sandpaper_100mms_1"], "{material}_{speed}_{take}"),
+    ],
+)
+def test_a_hyphen_may_be_a_sign_or_part_of_a_name(takes, proposed):
+    """A speed or a force in the name of a material would make a class of each."""
+    assert read_paths(takes, ()).proposed == proposed
+    assert PathPattern(proposed).fields(takes[0])["material"] == "cork"
 
 
 @pytest.mark.parametrize("answer", [0, 1])

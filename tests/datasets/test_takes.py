@@ -70,6 +70,13 @@ def test_a_phones_files_are_one_recording_per_take(tmp_path, capsys):
     assert "note: 2 files: no unit stated for angular_rate" in said
 
 
+def test_a_stated_unit_of_1_is_a_unit(tmp_path, capsys):
+    write_table(tmp_path / "f" / "cork" / "1.csv", "t [s],ch1,ch2", ramp(100))
+    for stated, says in (([], True), (["--set", "unit=1"], False)):
+        main(["data", "import", "folder", str(tmp_path / "f"), "--preview", *stated])
+        assert ("no unit stated" in capsys.readouterr().out) is says
+
+
 def test_folders_of_quantities_are_no_materials(tmp_path, capsys):
     for name in ("cork_1", "tin_1"):
         write_table(tmp_path / "f" / "acc" / f"{name}.csv", "t [s],x [g]", ramp(100 + len(name)))

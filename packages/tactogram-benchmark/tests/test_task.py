@@ -8,7 +8,7 @@ from tactogram.datasets.importer import IMPORTERS
 from tactogram.errors import DataError, ParameterError
 from tactogram_benchmark.task import available_tasks, find_task
 from tactogram_benchmark.task_kind import kind_of
-from tactogram_benchmark.workflows import run_benchmark
+from tactogram_benchmark.workflows import list_tasks, run_benchmark
 from tactogram_simulate import simulate_to_store
 from tactogram_simulate.sets import SETS
 
@@ -110,3 +110,14 @@ def test_families_of_surfaces_are_in_one_part():
     assert not held["train"] & held["test"]
     assert not held["validation"] & (held["train"] | held["test"])
     assert {"foam", "carpet", "sandpaper"} < held["test"]
+
+
+def test_a_task_of_ones_own_needs_no_importer(tmp_path):
+    """As on docs/benchmark.md."""
+    (tmp_path / "split.json").write_text("{}")
+    (tmp_path / "knock-name.toml").write_text(
+        'title = "Name the knocked material"\nkind = "classification"\nsplit = "split.json"\n'
+        f'split_sha256 = "{"0" * 64}"\ndata = {{ name = "own", what = "knocks", sha256 = "{"0" * 64}" }}\n'
+    )
+    rows = list_tasks(task_folders=[tmp_path], stores=[tmp_path], folder=tmp_path)
+    assert rows["knock-name"]["state"] == "missing: name its folder by --stores"

@@ -199,7 +199,9 @@ def _whole(sources: Sequence[_Source], info: Mapping[str, Any]) -> FilePart:
         if file.times is not None:
             begins[source.path.name] = float(file.times[0])
     first = next(iter(files.values()))
-    notes += _without_unit(files) + _late(begins, first.signal)
+    notes += _late(begins, first.signal)
+    if info.get("unit") != "1":
+        notes += _without_unit(files)
     timing, tables = first.timing, _uses(sources, files)
     return FilePart(
         streams,

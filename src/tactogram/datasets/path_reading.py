@@ -39,7 +39,8 @@ class PathPattern:
     ``{material}``, ``{subject}``, ``{session}``, ``{contactor}``, ``{take}`` or ``{trial}``, ``{speed}`` (mm/s),
     ``{force}`` (N) and ``{direction}`` (degrees, or a word) name what is there, another name a label; ``{}``, ``{_}``
     and ``*`` stand for anything, ``**`` for any number of levels of the whole path. Speeds and forces may have units,
-    in the name (``4cms``, ``500mN``, ``50g``) or in the pattern (``{speed}cms``). A suffix may be omitted, case is
+    in the name (``4cms``, ``500mN``, ``50g``) or in the pattern (``{speed}cms``); a negative speed is that of a stroke
+    ``back``, the label ``way``. A suffix may be omitted, case is
     ignored, and ``_`` stands for blanks, too.
     """
 
@@ -99,7 +100,10 @@ class PathPattern:
                 metadata[name] = text.strip()
             elif name in MEASURED and not text.isalpha():
                 field, units = MEASURED[name]
-                metadata[field] = measured(text, units, self._units.get(name, 1.0))
+                value = measured(text, units, self._units.get(name, 1.0))
+                metadata[field] = abs(value) if name == "speed" else value
+                if name == "speed" and value < 0:
+                    metadata["labels"]["way"] = "back"
             else:
                 metadata["labels"]["trial" if name in TRIALS else name] = text.strip()
         return metadata
@@ -186,10 +190,14 @@ class _Words:
         """Return a field in braces, between the letters that all names have around their numbers."""
         if field not in ("take", "speed", "force", "session"):
             return f"{{{field}}}{self.after}"
-        affixes = {
-            match and (match[1], "" if match[3] and field in ("speed", "force") else match[3])
-            for match in (re.fullmatch(rf"([^\d(]*)({NUMBER})([^\d)]*)", name) for name in self.names)
-        }
+        for sign in ("", "[-+]?"):  # with signs, where some numbers have one
+            matches = [re.fullmatch(rf"([^\d(]*?)({sign}{NUMBER})([^\d)]*)", name) for name in self.names]
+            affixes = {
+                match and (match[1], "" if match[3] and field in ("speed", "force") else match[3])
+                for match in matches
+            }
+            if len(affixes) == 1:
+                break
         before, behind = (affixes.pop() if len(affixes) == 1 else None) or ("", "")
         return f"{before}{{{field}}}{behind}".replace(" ", "_") + self.after
 
@@ -294,17 +302,23 @@ def _split(column: Sequence[str]) -> list[_Words]:
     whole = _Words(tuple(dict.fromkeys(column)))
     if whole.field not in (None, "material"):
         return [whole]
-    for pattern in (rf"(.+?)([_ -]+)({DATE})", None, r"(.+)([_ -]+)([^_ -]+)", r"(.*[^\d_ -])()(\d+)"):
-        if pattern is None:
-            split = [re.split(r"([_ -]+)", name) for name in column]
+    separators = r"([_ -]+)", r"([_ ]+)"  # without hyphens, where some are signs
+    for pattern in (
+        rf"(.+?)([_ -]+)({DATE})",
+        *separators,
+        r"(.+)([_ -]+)([^_ -]+)",
+        r"(.*[^\d_ -])()(\d+)",
+    ):
+        if pattern in separators:
+            split = [re.split(pattern, name) for name in column]
         else:
             matches = [re.fullmatch(pattern, name) for name in column]
             split = [list(match.groups()) if match else [] for match in matches]
         if len(split[0]) < 2 or len({(len(words), *words[1::2]) for words in split}) > 1:
             continue
         columns = [tuple(dict.fromkeys(words)) for words in zip(*split, strict=True)]
-        separators = [*(names[0].replace(" ", "_") for names in columns[1::2]), ""]
-        words = [_Words(names, after) for names, after in zip(columns[::2], separators, strict=True)]
+        between = [*(names[0].replace(" ", "_") for names in columns[1::2]), ""]
+        words = [_Words(names, after) for names, after in zip(columns[::2], between, strict=True)]
         if any(word.field not in (None, "material") for word in words):
             return words
     return [whole]

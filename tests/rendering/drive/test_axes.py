@@ -33,5 +33,5 @@ def test_what_cannot_be_combined_is_refused():
     with pytest.raises(ParameterError, match=r"of the signal's \(x, y, z\), got 'w'"):
         combined(three(), "w")
     four = Signal(np.zeros((4, 5)), 1000, "m/s^2", ("a", "b", "c", "d"))
-    with pytest.raises(ParameterError, match="at most three axes"):
+    with pytest.raises(ParameterError, match="at most three axes, got 4; use mean, .* e.g. `how=a`"):
         combined(four, "dft321")

@@ -151,3 +151,33 @@ def test_a_text_with_a_mark_or_in_utf_16_is_read(tmp_path):
     for encoding in ("utf-8-sig", "utf-16"):
         (tmp_path / "x.haptic").write_text(text, encoding=encoding)
         assert len(read_haptic(tmp_path / "x.haptic").events.transients) == 1
+
+
+def test_an_ahap_may_have_commas_at_the_end_of_lists_and_objects(tmp_path):
+    """Apple's own samples have them, and its players read them."""
+    (tmp_path / "latch.ahap").write_text(
+        """{
+    "Version" : 1.0,
+    "Metadata" : { "Description" : "a latch, ] and a spring", },
+    "Pattern" : [
+        { "Event" : { "Time" : 0.25, "EventType" : "HapticTransient", "EventParameters" : [
+            { "ParameterID" : "HapticIntensity", "ParameterValue" : 0.5 },
+        ] } },
+    ],
+}"""
+    )
+    file = read_haptic(tmp_path / "latch.ahap")
+    assert [(tap.time, tap.amplitude) for tap in file.events.transients] == [(0.25, 0.25)]
+    assert file.metadata == {"comment": "a latch, ] and a spring"}
+    assert check_file(tmp_path / "latch.ahap")["warnings"] == [
+        "the last member of a list or object must not have a comma: left out"
+    ]
+
+
+def test_a_haptic_clip_must_be_json(tmp_path):
+    """Meta's reader refuses a comma at the end."""
+    (tmp_path / "x.haptic").write_text(HAPTIC % 1 + ",")
+    (tmp_path / "y.haptic").write_text((HAPTIC % 1).replace("]}", ",]}"))
+    for name in ("x", "y"):
+        with pytest.raises(DataError, match="not a JSON document"):
+            read_haptic(tmp_path / f"{name}.haptic")

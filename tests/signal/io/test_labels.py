@@ -26,6 +26,10 @@ def test_headings_say_which_columns_are_labels(tmp_path):
     )
     assert label_columns(found, 0) == {"material": 1, "trial": 3}
     assert label_columns(found, 1) == {"material": 2, "trial": 3}
+    gestures = table(
+        tmp_path, ax=np.arange(2.0), target=np.array([0.0, 1.0]), target_name=words("up", "down")
+    )
+    assert label_columns(gestures, None) == {"material": 2}  # as EloquentArduino writes them
 
 
 def test_measurements_are_no_labels_and_without_a_material_there_are_none(tmp_path):

@@ -103,6 +103,16 @@ def test_a_bad_lvm_is_refused(tmp_path, change, says):
         read_signal(path)
 
 
+@pytest.mark.parametrize("head", ["X_Value\tbase\ttool\tComment\n", ""])
+def test_an_lvm_without_headers_is_a_table(tmp_path, head):
+    """LabVIEW writes no header where *Segment Headers* is *No headers*."""
+    rows = [f"{i / 1000:.6f}\t{v:.6f}\t{2 * v:.6f}\n" for i, v in enumerate(WAVE)]
+    (tmp_path / "a.lvm").write_text(head + "".join(rows))
+    signal = read_signal(tmp_path / "a.lvm")
+    assert (signal.rate, signal.axes) == (pytest.approx(1000), ("base", "tool") if head else ("1", "2"))
+    np.testing.assert_allclose(signal.samples, [WAVE, 2 * WAVE], atol=1e-5)
+
+
 def test_channels_of_tdms_have_rates_of_their_own(tmp_path):
     with TdmsWriter(tmp_path / "a.tdms") as file:
         fast = ChannelObject("A", "ai0", np.tile(WAVE, 5), {"wf_increment": 1e-4, "unit_string": "V"})

@@ -47,7 +47,8 @@ def list_tasks(
     rows = {}
     for name, task in available_tasks(task_folders).items():
         there = find_store(task, places) is not None
-        missing = "simulated on demand" if task.data.simulated else f"missing: import {task.data.importer}"
+        source = f"import {task.data.importer}" if task.data.importer else "name its folder by --stores"
+        missing = "simulated on demand" if task.data.simulated else f"missing: {source}"
         rows[name] = {
             "title": task.title,
             "kind": task.kind,

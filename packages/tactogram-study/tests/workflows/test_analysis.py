@@ -62,7 +62,12 @@ def test_ratings_of_an_export_need_only_their_design(tmp_path, capsys):
     path.write_text(path.read_text().replace("rough_slider", "slider"))
     given = ["study", "analyse", str(path), "--out", str(out), "--design", "rating", "--no-figures"]
     assert main(given) == 1
-    assert "ratings are not recognised; say which columns are participant" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert (
+        "ratings are not recognised; say which columns are participant, stimulus, question and value" in said
+    )
+    assert "--column NAME=HEADING`" in said
+    assert "--constant question=WORD`" in said
     more = [
         "--column",
         "participant=participant",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tactogram.errors import ParameterError
+from tactogram.errors import ParameterError, Remedy
 from tactogram.signal import Signal
 from tactogram.signal.filters import dft321
 
@@ -44,9 +44,8 @@ def combined(signal: Signal, how: str) -> tuple[Signal, str]:
     if how == "mean":
         return signal.with_samples(signal.samples.mean(axis=0), axes=("mean",)), f"mean of {count} axes"
     if count > 3:
-        raise ParameterError(
-            f"dft321 is for at most three axes, got {count}; use mean, channels or an axis's name"
-        )
+        use = Remedy("use mean, channels or the name of one, e.g.", "how", signal.axes[0])
+        raise ParameterError(f"dft321 is for at most three axes, got {count}", remedy=use)
     if count == 2:
         silent = np.vstack([signal.samples, np.zeros((1, len(signal)), np.float32)])
         signal = signal.with_samples(silent, axes=(*signal.axes, "none"))

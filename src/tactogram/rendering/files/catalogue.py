@@ -48,6 +48,8 @@ class HapticFormat:
         Waveforms over time with a higher rate are resampled to it.
     engine : str
         What plays the files: an engine or a platform.
+    commas_at_ends : bool
+        Whether players forgive a comma after the last member of a list or an object.
     parse, serialise : callable
         Convert a file's bytes (and its path, for errors) to a document, and back. JSON by default.
     """
@@ -68,6 +70,7 @@ class HapticFormat:
     modalities: tuple[str, ...] = ()
     highest_rate: float | None = None
     engine: str = ""
+    commas_at_ends: bool = False
     parse: Callable[[bytes, Path], Any] = parse
     serialise: Callable[[Any], bytes] = encoded
 

@@ -6,7 +6,7 @@ own. An effect begins at amplitude 0, and each point states how long the line to
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -34,6 +34,8 @@ from tactogram.rendering.files.events import (
 MOST_POINTS = 16
 SHORTEST_MS, LONGEST_MS = 20, 1000
 """Shortest and longest line, ms."""
+MOVED_S = SHORTEST_MS / 2e3
+"""By how much a transient may be moved, so that the line before it is not too short."""
 CLOSE = 0.02
 """Fewer points are used where they come this close (rms) to the envelope, relative to its peak. A choice."""
 CLOSE_OCTAVES = 0.1
@@ -69,6 +71,7 @@ class EnvelopeBuilder:
             decode=self.decode,
             bands=((0.0, HIGHEST_HZ),),  # all that is felt, without transients, which take two lines each
             recognise=self.recognise,
+            resolution_s=MOVED_S,
             instead=instead,
         )
 
@@ -124,7 +127,10 @@ def control_points(events: Events, *, what: str) -> Part:
     kept. Others become the lines that are closest to strength and frequency. ``what`` names the result in errors.
     Raises `ParameterError` if they are too short or too long.
     """
-    length = max([round(1e3 * events.seconds), *(_start(tap) + 2 * SHORTEST_MS for tap in events.transients)])
+    length = round(1e3 * events.seconds)
+    for start, _ in _rises(events.transients)[-1:]:
+        rest = length - start - 2 * SHORTEST_MS
+        length = start + 2 * SHORTEST_MS + (max(rest, SHORTEST_MS) if rest > 0 else 0)
     if not 2 * SHORTEST_MS <= length <= MOST_POINTS * LONGEST_MS:
         raise ParameterError(
             f"{what} lasts {2 * SHORTEST_MS} to {MOST_POINTS * LONGEST_MS} ms, got {length} ms; cut it, or use a "
@@ -140,8 +146,19 @@ def control_points(events: Events, *, what: str) -> Part:
     return _closest(events, length)
 
 
-def _start(tap: Transient) -> int:
-    return round(1e3 * tap.time)
+def _rises(taps: Sequence[Transient]) -> list[tuple[int, Transient]]:
+    """Return transients in order of time, each with the ms at which it begins to rise.
+
+    That is its own time, or up to `MOVED_S` off it where the line before it would be shorter than any.
+    """
+    rises, free = [], 0
+    for tap in sorted(taps, key=lambda tap: tap.time):
+        start = round(1e3 * tap.time)
+        if 0 < start - free < SHORTEST_MS:
+            start = free + SHORTEST_MS * round((start - free) / SHORTEST_MS)
+        rises.append((start, tap))
+        free = start + 2 * SHORTEST_MS
+    return rises
 
 
 def _exact(events: Events, length: int) -> Part | None:
@@ -159,8 +176,7 @@ def _exact(events: Events, length: int) -> Part | None:
             time = min(max(time, last + SHORTEST_MS, SHORTEST_MS), length - SHORTEST_MS)
         last = max(time, last)
         points.setdefault(last, (amplitude, float(part.frequency[i])))
-    for tap in events.transients:
-        start = _start(tap)
+    for start, tap in _rises(events.transients):
         if any(start <= ms <= start + 2 * SHORTEST_MS and points[ms][0] > 0 for ms in points):
             return None
         under = min(1.0, float(whole.at((start + SHORTEST_MS) / 1e3)))

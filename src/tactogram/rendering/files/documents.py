@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -187,6 +188,13 @@ def parse(text: bytes, where: Path | str) -> Any:
     deep.
     """
     return parse_json(detected_text(text, where)[0], where, finite=True)
+
+
+def without_commas_at_ends(text: bytes) -> bytes:
+    """Return a JSON text without the commas before the end of a list or an object; strings stay as they are."""
+    if not re.search(rb",\s*[\]}]", text):
+        return text
+    return re.sub(rb'("(?:[^"\\]|\\.)*")|,(?=\s*[\]}])', lambda found: found[1] or b"", text)
 
 
 def sample_count(seconds: float, rate: float) -> int:

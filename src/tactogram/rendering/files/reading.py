@@ -13,7 +13,14 @@ import numpy as np
 from tactogram.errors import DataError, ParameterError
 from tactogram.rendering.files.analysis import READ_RATE, carrier
 from tactogram.rendering.files.catalogue import HapticFormat, formats_with, haptic_format, recognised_format
-from tactogram.rendering.files.documents import DecodedDocument, Node, Notes, parse, sample_count
+from tactogram.rendering.files.documents import (
+    DecodedDocument,
+    Node,
+    Notes,
+    parse,
+    sample_count,
+    without_commas_at_ends,
+)
 from tactogram.rendering.files.events import Events
 from tactogram.signal import Signal
 from tactogram.signal.io.content import SignalDescription, decode as read_description
@@ -72,8 +79,8 @@ def read_haptic(path: Path | str, *, format: str | None = None, rate: float | No
     accepts the file.
     """
     path = Path(path)
-    document, kind = _read(path, format)
     notes = Notes()
+    document, kind = _read(path, format, notes)
     file = decoded(document, kind, notes, rate)
     try:
         notes.check()
@@ -89,8 +96,8 @@ def check_file(path: Path | str, *, format: str | None = None) -> dict[str, Any]
     there is no such file, or no format recognises it.
     """
     path = Path(path)
-    document, kind = _read(path, format)
     notes = Notes()
+    document, kind = _read(path, format, notes)
     decoded(document, kind, notes)
     facts = {"file": str(path), "format": kind.name, "valid": not notes.problems}
     return facts | {"problems": notes.problems, "warnings": notes.warnings}
@@ -120,14 +127,18 @@ def decoded(document: Any, kind: HapticFormat, notes: Notes, rate: float | None 
     return HapticFile(content.events, metadata, facts, tuple(notes.warnings), content, ours, rate)
 
 
-def _read(path: Path, name: str | None) -> tuple[Any, HapticFormat]:
+def _read(path: Path, name: str | None, notes: Notes) -> tuple[Any, HapticFormat]:
     check_regular(path)
     if path.stat().st_size > MOST_BYTES:
         raise DataError(path, f"must be at most {MOST_BYTES} bytes, got {path.stat().st_size}")
     candidates = [haptic_format(name)] if name else formats_with(path.suffix)
     data = path.read_bytes()
     if len(candidates) == 1:
-        return candidates[0].parse(data, path), candidates[0]
+        kind = candidates[0]
+        if kind.commas_at_ends and (plain := without_commas_at_ends(data)) != data:
+            notes.warn("the last member of a list or object must not have a comma", done="left out")
+            data = plain
+        return kind.parse(data, path), kind
     if re.search(rb'<primitive-effect|"primitive"', data):
         raise DataError(
             path,

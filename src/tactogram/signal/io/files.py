@@ -54,7 +54,9 @@ READABLE = (
     ".zip",
 )
 """Ends of the names of files that can be read, in lower case."""
-USUAL = ".wav, .flac, .csv, .txt, .xlsx, .mat, .npz, .h5, .lvm, .tdms, .parquet … (docs/data.md lists all)"
+USUAL = (
+    ".wav, .flac, .csv, .txt, .xlsx, .mat, .npz, .h5, .lvm, .tdms, .parquet … (docs/table-files.md lists all)"
+)
 """The ones that people are told."""
 WRITABLE = (".wav", ".flac", ".csv", ".tsv", ".npz", ".xlsx")
 ELSEWHERE = (".m4a", ".aac", ".wma", ".mp4")

@@ -13,7 +13,7 @@ from tactogram.signal.io.content import MATERIAL, SESSION, SUBJECT, TRIAL, Colum
 from tactogram.signal.units import split_heading
 
 HEADINGS = {
-    MATERIAL: ("material", "surface", "texture", "label", "class", "activity"),
+    MATERIAL: ("material", "surface", "texture", "label", "class", "activity", "target_name"),
     SESSION: ("session",),
     SUBJECT: ("subject", "participant"),
     TRIAL: ("trial", "take"),

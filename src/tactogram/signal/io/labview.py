@@ -8,6 +8,7 @@ units, channels of several rates and segments to its caller.
 from __future__ import annotations
 
 import logging
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,13 +34,15 @@ _SEPARATORS = {"tab": "\t", "comma": ",", "semicolon": ";"}
 def lvm_tables(path: Path) -> list[RawTable]:
     """Return a table of each measurement; those of the same channels are one, whose time goes on or back.
 
-    The rate is 1 / ``Delta_X``, for time stamps to confirm.
+    The rate is 1 / ``Delta_X``, for time stamps to confirm. A file without headers is a text table.
     """
     raw = path.read_bytes()
     if not raw:
         raise DataError(path, "empty file")
     lines = detected_text(raw, path)[0].removeprefix("\ufeff").splitlines()
-    if not lines or not lines[0].startswith("LabVIEW Measurement"):
+    if not any(line.startswith(END) for line in lines):  # written without headers
+        return [table.text_table(path, re.sub(rb"\bX_Value\b(?! *\[)", X.encode() + b" [s]", raw))]
+    if not lines[0].startswith("LabVIEW Measurement"):
         raise DataError(
             path, f"not an LVM file: must begin with 'LabVIEW Measurement', got {lines[0][:40]!r}"
         )

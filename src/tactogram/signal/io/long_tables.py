@@ -14,7 +14,7 @@ from tactogram.signal.io.content import RawTable
 from tactogram.signal.io.labels import HEADINGS, label_of_cell
 from tactogram.signal.io.stamps import is_stamp
 from tactogram.signal.io.table_head import is_number
-from tactogram.signal.io.vocabulary import headings_of, words_of
+from tactogram.signal.io.vocabulary import heading, headings_of, words_of
 
 MOST_SENSORS = 16
 MOSTLY = 0.1
@@ -68,7 +68,8 @@ def split_by_sensor(table: RawTable) -> list[RawTable]:
 def _tells_apart(table: RawTable, index: int) -> bool:
     """Return whether a column holds the names or numbers of a few sensors, by turns."""
     column, words = table.columns[index], words_of(table.headings[index])
-    if any(word in usual for word in words for usual in HEADINGS.values()) or len(column) < 4:
+    usual = any(word in names for word in words for names in HEADINGS.values())
+    if usual or heading(table.headings[index]).quantity or len(column) < 4:  # DeviceOrientation: faceUp
         return False
     called = any(word in SENSORS for word in words)
     if column.dtype != object:

@@ -234,7 +234,7 @@ def heading(signal: Signal) -> list[str]:
 
 def _lines(lines: Sequence[str], path: Path) -> tuple[str, list[str], list[NumberedLine]]:
     """Return the separator that a file states, its comments, and its other lines that are not empty."""
-    filled = [NumberedLine(n, line) for n, line in enumerate(lines, 1) if line and not line.isspace()]
+    filled = [NumberedLine(n, line) for n, line in enumerate(lines, 1) if line.strip().strip('"')]
     separator = ""
     if filled and (stated := re.fullmatch(r'"?sep=(.)"?\s*', filled[0].text)):
         separator, filled = stated[1], filled[1:]

@@ -394,7 +394,8 @@ def unit_note(
     if stream.name == "friction":
         return None
     mean = float(np.sqrt((np.nanmean(samples, axis=1) ** 2).sum())) if np.isfinite(samples).all() else np.nan
-    for unit, expected in (("m/s^2", STANDARD_GRAVITY), ("g", 1.0), ("mg", 1000.0)):
+    scales = {"m/s^2": STANDARD_GRAVITY, "g": 1.0, "mg": 1000.0, "mm/s^2": 1e3 * STANDARD_GRAVITY}
+    for unit, expected in scales.items():
         if len(samples) == 3 and abs(mean / expected - 1) < 0.15:
             gravity = Remedy(f"their mean of {mean:.3g} is that of gravity in {unit}:", "unit", unit)
             return Message("no unit stated: read as plain numbers", gravity)

@@ -195,6 +195,8 @@ def block_splits(
 
 def labelled(index: Sequence[RecordingInfo], label: Label) -> list[RecordingInfo]:
     """Return ``index`` with the class of each recording as its material: splits distribute classes."""
+    if not index:
+        raise ParameterError("there are no recordings to learn from, only photographs")
     named = [replace(info, material=label_of(info, label)) for info in index]
     nameless = [info for info in named if info.material is None]
     if nameless:

@@ -108,6 +108,10 @@ PHONES = (
         {"axes": ("gFx", "gFy", "gFz")}, plain("acceleration", note="", left_out=["Azimuth"])),
         acceleration(G, left_out=["Azimuth", "Latitude"]),
         plain("acceleration", others={"linear_acceleration": "m/s^2"}, left_out=["Azimuth", "Latitude"])),
+    case("sensor_log_orientation", "SensorLog for iOS, semicolons: how the device is held is no sensor", table(
+        "Date;Timestamp;DeviceOrientation;AccelerationX;AccelerationY;AccelerationZ;Label", "2026-01-02 10:23:45",
+        [f"{EPOCH + k / 100:.4f}" for k in range(N)], ["faceUp" if k < 30 else "portrait" for k in range(N)],
+        X, Y, Z, "", sep=";"), plain(left_out=["DeviceOrientation"])),
     case("sensor_logger_file",
         SENSOR_LOGGER + ": a file for each sensor, axes from z to x, no unit but in its documentation",
         table("time,seconds_elapsed,z,y,x", [EPOCH * 10**9 + k * 10**7 for k in range(N)], T, Z, Y, X),

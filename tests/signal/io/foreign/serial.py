@@ -24,6 +24,12 @@ SERIAL = (
     case("arduino_stamps_and_labels", ARDUINO + " with time stamps, labels of the sketch and units behind the values",
         rows([f"{c} -> X: {x:.3f} g  Y: {y:.3f} g  Z: {z:.3f} g" for c, x, y, z in zip(CLOCK, X, Y, Z, strict=True)],
         end="\r\n"), acceleration(G), plain(), file="monitor.txt"),
+    case("quotes_below_the_heading", "Python loggers of a serial port: empty lines, quoted, below the heading",
+        'Time,AccX,AccY,AccZ\n""\n""\n' + rows(K, *COUNTS), Ask(
+        "'Time'.*--|time column 'Time' without unit", {"rate": 100}, measured("acceleration", "1", *COUNTS))),
+    case("klipper_accelerometer", "klipper3d.org, ACCELEROMETER_MEASURE: mm/s^2, not stated, heading in a comment",
+        table("#time,accel_x,accel_y,accel_z", fixed(657.33 + T, 6), *(1e3 * G * v for v in (X, Y, Z))),
+        measured("acceleration", "1", *(1e3 * G * v for v in (X, Y, Z)), note="gravity in mm/s")),
     case("mpu6050_raw_counts", "electronics tutorials of the MPU-6050: a/g: and seven integers between tabs",
         rows([f"a/g:\t{a}\t{b}\t{c}\t-120\t33\t{k % 5}" for k, a, b, c in zip(K, *COUNTS, strict=True)]), Ask(
         "rate|columns|which", {"axes": ("2", "3", "4"), "rate": 100}, measured(".*", "1", *COUNTS, axes=None)),

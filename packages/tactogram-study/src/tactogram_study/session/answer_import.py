@@ -20,7 +20,7 @@ from tactogram.datasets import (
     read_cells,
     rows_left_out,
 )
-from tactogram.errors import DataError, Message, ParameterError
+from tactogram.errors import DataError, Message, ParameterError, Remedy
 from tactogram_study.answers import COLUMNS, KINDS, Answers, answers_of
 
 ANY_NUMBER = Scale("any number", -1e300, 1e300)
@@ -104,8 +104,15 @@ def _ratings(
     except DataError as error:
         raise DataError(
             export.path,
-            f"{export.program}: ratings are not recognised; say which columns are participant, "
-            "stimulus and value, and which column or constant the question",
+            f"{export.program}: ratings are not recognised",
+            remedy=(
+                Remedy(
+                    "say which columns are participant, stimulus, question and value,",
+                    "columns",
+                    "NAME=HEADING",
+                ),
+                Remedy("of which question all are,", "constants", "question=WORD"),
+            ),
         ) from error
     ratings = []
     for number, (person, item, word, score, _, session) in rows:

@@ -338,4 +338,5 @@ FORMAT = HapticFormat(
     encode=encode,
     decode=decode,
     recognise=has_key("Pattern"),
+    commas_at_ends=True,  # Apple's own samples have them (Apple.CoreHaptics of its Unity plug-ins: Open, Spin, …)
 )
