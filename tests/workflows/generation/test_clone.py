@@ -7,7 +7,7 @@ import pytest
 
 from tactogram.cli import main
 from tactogram.datasets import Recording, create_store, open_store
-from tactogram.errors import ParameterError, RunError
+from tactogram.errors import DataError, ParameterError, RunError
 from tactogram.signal import Image, Signal
 from tactogram.signal.io import read_signal, write_image, write_signal
 from tactogram.workflows.generation.clone import clone
@@ -57,6 +57,25 @@ def test_a_clone_plays_at_any_speed_and_force(stroke, tmp_path, capsys):
     assert main(["generate", str(out), *told, "--motion", "simulated"]) == 1
     assert "texture_var takes no motion; a stream follows one" in capsys.readouterr().err
     assert 0 < read_signal(tmp_path / "x.wav").samples.std() < 1
+
+
+def test_a_clone_that_was_interrupted_keeps_its_strokes(tmp_path, monkeypatch):
+    surface = {"materials": ["corduroy"], "out": tmp_path / "a", "forces": (1.0,), "seconds": 1.0}
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("tactogram.workflows.generation.clone.train", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        clone(**surface, speeds=(100.0, 200.0))
+    monkeypatch.undo()
+    for speeds in (100.0, 300.0), (100.0,):
+        with pytest.raises(DataError, match="a-strokes: holds other strokes"):
+            clone(**surface, speeds=speeds)
+    left = (tmp_path / "a-strokes" / "dataset.json").read_bytes()
+    clone(**surface, speeds=(100.0, 200.0))
+    assert load_run(tmp_path / "a").kind.materials == ("corduroy",)
+    assert (tmp_path / "a-strokes" / "dataset.json").read_bytes() == left
 
 
 def test_words_are_cloned_and_generated_without_a_recording(tmp_path):

@@ -200,6 +200,20 @@ def test_a_full_disk_stores_no_partial_take_and_keeps_it_available(tmp_path, pla
     assert problems(open_store(tmp_path / "s")) == []
 
 
+def test_a_session_without_an_experimenter_fails_where_a_take_cannot_be_stored(tmp_path, played):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Journal(session_folder(tmp_path / "s", "one")) as journal:
+        console = LineConsole(None, io.StringIO())
+        session = RecordingSession(SessionPlan.of(PLAN), tmp_path / "s", "one", played(), console, journal)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
+        try:
+            with pytest.raises(OSError, match="File too large"):
+                session.run()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert not (tmp_path / "s" / "dataset.json").exists()
+
+
 def test_each_take_is_shown_with_its_classification(tmp_path, played):
     heard = []
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tactogram.errors import ParameterError
+from tactogram.errors import DataError, ParameterError, Remedy
 from tactogram.parameters import Count, Positive, checked
 from tactogram.workflows.progress import ProgressCallback, silent
 from tactogram.workflows.recognition.files import classify_files  # noqa: F401  (its parameters are referred to)
@@ -88,11 +88,11 @@ def clone(
     ParameterError
         If nothing describes a surface, two do so by one name, or the model cannot generate strokes at other speeds.
     DataError
-        If a recording cannot be read.
+        If a recording cannot be read, or ``OUT-strokes`` holds other strokes.
     RunError
         If ``out`` holds a run.
     """
-    from tactogram.datasets import create_store
+    from tactogram.datasets import create_store, open_store
     from tactogram.model import limits_within
     from tactogram.signal.io.atomic import check_writable
     from tactogram.signal.texture_map import NAMES
@@ -134,25 +134,32 @@ def clone(
         limited += [
             str(limit) for value in {*values} - {*default} for limit in limits_within({name: value}, known)
         ]
-    generated = strokes_of(
-        loaded,
-        surfaces,
-        ranges,
-        recorded_at=(speed, force),
-        speeds=speeds,
-        forces=forces,
-        seconds=seconds,
-        seed=seed,
-        progress=progress,
+    generated = list(
+        strokes_of(
+            loaded,
+            surfaces,
+            ranges,
+            recorded_at=(speed, force),
+            speeds=speeds,
+            forces=forces,
+            seconds=seconds,
+            seed=seed,
+            progress=progress,
+        )
     )
-    store = create_store(
-        strokes,
-        generated,
-        name=f"clones of {', '.join(surfaces)}",
-        licence="that of the recordings",
-        source=f"tactogram clone, by {run_provenance(loaded, seed)['run']}",
-        simulated=True,
-    )
+    if strokes.exists():  # of a clone that was interrupted
+        store = open_store(strokes)
+        if not all(map(store.holds, generated)) or len(store) > len(generated):
+            raise DataError(strokes, "holds other strokes", remedy=Remedy("choose another", "out"))
+    else:
+        store = create_store(
+            strokes,
+            generated,
+            name=f"clones of {', '.join(surfaces)}",
+            licence="that of the recordings",
+            source=f"tactogram clone, by {run_provenance(loaded, seed)['run']}",
+            simulated=True,
+        )
     run = train("texture_var", store.path, out=out, split="all", progress=progress)
     facts = run.facts()
     photographs = {

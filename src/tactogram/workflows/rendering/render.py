@@ -112,7 +112,7 @@ def render(
     file : Path or str
         The signal.
     out : Path or str
-        The drive: .wav, .csv, .npz …; F.report.json is written next to it.
+        The drive: .wav, .csv, .npz …; its report, with the suffix .report.json, is written next to it.
     display : str
         One of `displays`, or a TOML file.
     level : str or Level
@@ -126,7 +126,7 @@ def render(
     person : str, optional
         Person, where the calibration holds several.
     figure : bool
-        Also draw the report: F.report.png.
+        Also draw the report, with the suffix .report.png.
     changes : dict, optional
         Change a value of the display, e.g. limit=2.
 

@@ -263,9 +263,15 @@ class RecordingSession:
     def _decide(
         self, trial: PlannedTake, take: Take, verdict: TakeAssessment, *, question: str, default: str
     ) -> str:
-        """Return the decision on a take; after ``"a"`` it is in the store."""
+        """Return the decision on a take; after ``"a"`` it is in the store.
+
+        Raises the `OSError` for which a take was not stored, if the session then ends.
+        """
+        full: OSError | None = None
         while True:
             decision = self._ask(question, DECIDE, default=default)
+            if decision == "q" and full is not None:
+                raise full
             if decision != "a":
                 return decision
             try:
@@ -275,7 +281,8 @@ class RecordingSession:
                 self._console.say(
                     f"NOT stored: {why}; the store is unchanged, and the take is still available"
                 )
-                default = "q" if isinstance(error, OSError) else "r"
+                full = error if isinstance(error, OSError) else None
+                default = "q" if full else "r"
             else:
                 return decision
 
