@@ -85,7 +85,7 @@ class TextureLearner(Model, Generic[M]):
         return self.validate(examples)
 
     def validate(self, examples: Sequence[Example]) -> dict[str, float]:
-        """Return ``nll``, the mean of `nll`."""
+        """Return ``negative_log_likelihood``, the mean of `nll`."""
         scores = []
         for example in examples:
             if example.material in self.materials:
@@ -93,7 +93,7 @@ class TextureLearner(Model, Generic[M]):
                 model = self._model({"material": example.material, **known}, lenient=True)
                 scores.append(self.nll(model, example.signal))
         measured = [score for score in scores if score is not None]
-        return {"nll": float(np.mean(measured))} if measured else {}
+        return {"negative_log_likelihood": float(np.mean(measured))} if measured else {}
 
     def state(self) -> dict[str, Any]:
         """Return the models with their conditions, by material."""

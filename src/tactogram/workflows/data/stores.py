@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from annotated_types import Ge
 
 from tactogram.errors import ParameterError, Remedy
-from tactogram.parameters import Count, Positive, Settings, checked
+from tactogram.parameters import Count, Settings, checked, with_further
+from tactogram.workflows.data.convert import reading_parameters
 from tactogram.workflows.progress import ProgressCallback, silent
 
 if TYPE_CHECKING:
@@ -255,6 +256,7 @@ def check_store(path: Path | str, *, progress: ProgressCallback = silent) -> dic
 
 
 @checked
+@with_further(reading_parameters)
 def add_signal(
     path: Path | str,
     file: Path | str,
@@ -268,17 +270,13 @@ def add_signal(
     subject: str | None = None,
     photograph: Path | str | None = None,
     simulated: bool = False,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
+    **reading: Any,
 ) -> dict[str, Any]:
     """Add a recording to a store; it is on the disk when this returns.
 
     The unit is by default that of the store's stream, and so is a rate estimated from time stamps if it is close. A
-    file that says it is simulated is taken as simulated.
+    file that says it is simulated is taken as simulated. ``reading`` are the options of `tactogram.convert` on how a
+    file is read.
 
     Parameters
     ----------
@@ -304,8 +302,6 @@ def add_signal(
         Photograph of the surface.
     simulated : bool
         The signal was computed, not measured.
-    unit, rate, axes, time, sheet, part
-        As of `tactogram.convert`.
 
     Returns
     -------
@@ -332,10 +328,10 @@ def add_signal(
         if len(store.streams) != 1:
             raise ParameterError.must("stream", f"be one of {', '.join(store.streams)}, got none")
         [stream] = store.streams
-    if unit is None and stream in store.streams:
-        unit = store.streams[stream].unit
-    read = read_file(file, unit=unit, rate=rate, axes=axes, time=time, sheet=sheet, part=part)
-    estimated = read.timing is not None and rate is None
+    if reading.get("unit") is None and stream in store.streams:
+        reading["unit"] = store.streams[stream].unit
+    read = read_file(file, **reading)
+    estimated = read.timing is not None and reading.get("rate") is None
     recording = Recording(
         streams={stream: read.signal},
         material=material,

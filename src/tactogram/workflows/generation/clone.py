@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tactogram.errors import DataError, ParameterError, Remedy
-from tactogram.parameters import Count, Positive, checked
+from tactogram.parameters import Positive, checked, with_further
+from tactogram.workflows.data.convert import reading_parameters
 from tactogram.workflows.progress import ProgressCallback, silent
-from tactogram.workflows.recognition.files import classify_files  # noqa: F401  (its parameters are referred to)
 from tactogram.workflows.training.train import train
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 
 @checked
+@with_further(reading_parameters)
 def clone(
     recordings: Sequence[Path | str] = (),
     *,
@@ -31,18 +32,13 @@ def clone(
     seconds: Positive = 4.0,
     model: str = "texture_flow",
     seed: int = 0,
-    unit: str | None = None,
-    rate: Positive | None = None,
-    axes: tuple[str, ...] | None = None,
-    time: str | None = None,
-    sheet: str | None = None,
-    part: Count | None = None,
     progress: ProgressCallback = silent,
+    **reading: Any,
 ) -> Run:
     """Make a texture for any speed and force from one stroke of a surface, or from words.
 
     Each recording and photograph is a surface, named like its file, as are each of ``materials`` and the ``words``.
-    The result is a run of `texture_var`.
+    The result is a run of `texture_var`. ``reading`` are the options of `tactogram.convert` on how a file is read.
     Its strokes are beside the run, in the store ``OUT-strokes``: those generated at each of ``speeds`` and ``forces``,
     limited to what the model predicts, which count as simulated; and a recording of 1 s or more whose speed is known,
     as of the middle one of ``forces`` if its own is not. A recording in another unit than the model's keeps its unit,
@@ -75,8 +71,6 @@ def clone(
         Run that generates the strokes.
     seed : int
         Of what is drawn.
-    unit, rate, axes, time, sheet, part
-        As of `classify_files`.
 
     Returns
     -------
@@ -118,7 +112,6 @@ def clone(
             f"{model} predicts no other speeds and forces; take texture_flow as it comes trained, or train it "
             "on recordings at several speeds with config.prediction=true"
         )
-    reading = {"unit": unit, "rate": rate, "axes": axes, "time": time, "sheet": sheet, "part": part}
     surfaces, limited = described_surfaces(
         loaded,
         recordings=recordings,

@@ -73,4 +73,4 @@ def test_likelihood_prefers_the_right_material():
     learner = trained(CORK + TILE)
     right = learner.validate([recording("cork", 60, 0.1, seed=50)])
     wrong = learner.validate([recording("cork", 250, 2.0, seed=50)])
-    assert right["nll"] < wrong["nll"] - 1
+    assert right["negative_log_likelihood"] < wrong["negative_log_likelihood"] - 1

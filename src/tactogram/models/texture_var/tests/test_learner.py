@@ -104,7 +104,7 @@ def test_state_keeps_tones():
 def test_likelihood_prefers_the_right_fluctuation(learner):
     right = learner.validate([recording("tile", 250, 2.0, seed=50, pulse_hz=4)])
     wrong = learner.validate([recording("tile", 250, 2.0, seed=50, pulse_hz=15)])
-    assert right["nll"] < wrong["nll"] - 1
+    assert right["negative_log_likelihood"] < wrong["negative_log_likelihood"] - 1
 
 
 def test_a_run_of_before_local_amplitudes_loads_and_generates_without_them(learner):
