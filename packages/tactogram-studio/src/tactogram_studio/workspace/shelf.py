@@ -217,7 +217,9 @@ class SignalSources:
             path = self.workspace.inside(name)
             if not path.is_file():
                 raise DataError(f"{name[:200]}: no such file in the workspace")
-            return SelectedSignal(identifier, name, path, bool(read_metadata(path).get("simulated")))
+            facts = read_metadata(path)
+            title = str(facts.get("uploaded", name))
+            return SelectedSignal(identifier, title, path, bool(facts.get("simulated")))
         if kind == "recording":
             store, _, recording = name.partition("#")
             return self._recording(identifier, store, recording)

@@ -91,7 +91,7 @@ def test_an_upload_is_sent_and_a_wrong_one_is_a_sentence(tab, tmp_path):
     chooser.set_input_files(tmp_path / "wrong.csv")
     tab.get_by_role("alert").get_by_text("wrong.csv").wait_for()
     chooser.set_input_files(tmp_path / "mine.csv")
-    tab.get_by_label("The signal").get_by_text("mine.npz").wait_for()
+    tab.get_by_label("The signal").get_by_text("mine.csv").wait_for()
 
 
 def test_a_result_belongs_to_its_signal_and_tabs_keep_theirs(tab, kept, workspace, tmp_path):
