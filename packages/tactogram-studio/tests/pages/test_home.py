@@ -160,10 +160,11 @@ def test_a_door_can_be_pressed_anywhere(tab):
 
 PLAYED = """() => {
   window.played = new Set();
-  const note = () => { played.add(tactogramPlayer.state().url); setTimeout(note); };
-  note();
+  const note = ({target}) => target.ariaPressed === "true" && played.add(target.dataset.playerUrl);
+  const observer = new MutationObserver((changes) => changes.forEach(note));
+  observer.observe(document.body, {subtree: true, attributes: true, attributeFilter: ["aria-pressed"]});
 }"""
-"""Collects the addresses that play, since a click is over within 30 ms."""
+"""Collects the addresses that play as their buttons are marked, since a click is over within 30 ms."""
 
 
 def test_an_example_is_heard_and_moves_at_a_press(tab, until):

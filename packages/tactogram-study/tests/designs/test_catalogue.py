@@ -98,7 +98,7 @@ def test_it_appears_in_the_studio(own, tmp_path):
     [entry] = [entry for entry in entries if not entry.shipped]
     assert (entry.title, entry.error) == ("Pleasant floors", "")
     assert entry.question_text == "How pleasant does it feel?"
-    assert "margins: pleasantness ±5 mm" in entry.line
+    assert "Margins: pleasantness ±5 mm" in entry.details
     assert "pleasantness" in power_tables()
 
 

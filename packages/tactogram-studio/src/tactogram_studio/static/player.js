@@ -89,7 +89,10 @@ async function play(url) {
   const mine = { url, source, fade, begun: now - offset, seconds: sound.buffer.duration, loop: source.loop };
   playing = mine;
   source.onended = () => {
-    if (playing === mine) stop();
+    if (playing !== mine) return;
+    playing = null;
+    if (wanted === url) wanted = ""; // otherwise the next sound is being loaded
+    mark();
   };
   mark();
   setTimeout(() => {
