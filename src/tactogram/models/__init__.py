@@ -142,8 +142,10 @@ class ModelInfo(ModelDescription):
         except ParameterError as error:
             if run is None:
                 raise
-            problem, remedy = str(error).partition("; known here")[0], "train it again"
-            raise RunError(run, problem, remedy=f"{remedy}, or use the tactogram that trained it") from None
+            problem = str(error).partition("; known here")[0]
+            raise RunError(
+                run, problem, remedy="train it again, or use the tactogram that trained it"
+            ) from None
         for key, value in config.model_dump().items():
             for number in value if isinstance(value, list | tuple) else [value]:
                 if isinstance(number, int) and number > MOST_COUNT:
